@@ -6,6 +6,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 
+import numpy as np
+
 from verify.claims.claim import Claim, claim_of, figures, told_apart
 from verify.claims.evidence import Evidence
 from verify.data.airframe import load_airframe, shipped_airframe_names
@@ -14,12 +16,24 @@ from verify.data.mission import Mission
 from verify.data.trajectory import Trajectory
 from verify.data.vehicle import Vehicle
 from verify.tracking.error_model import NotProved
+from verify.tracking.onboard_proof import HoverBound, prove_hover
 from verify.tracking.proof import TrackingBound, model_of, prove
 
 PROVED_CONTROLLER = "geometric"
-"""The controller that there is a proof for."""
-LONGEST = 600.0
-"""s of a flight that is proved."""
+"""The controller that there is a proof for, of any flight."""
+ON_BOARD = "mellinger"
+"""The controller that there is a proof for, of hovers."""
+LONGEST = {PROVED_CONTROLLER: 600.0, ON_BOARD: 60.0}
+"""s of a flight that is proved, by controller."""
+_FLOWN = {
+    PROVED_CONTROLLER: "with set-points, by `geometric` at 50 Hz, that are not rounded",
+    ON_BOARD: "where it hovers, by `mellinger` on its filter, at 100 Hz",
+}
+_ASSUMED = {
+    PROVED_CONTROLLER: "a start at rest in hover, summed errors zero",
+    ON_BOARD: "a start at rest in hover, summed errors and the filter's covariance settled, a pose from the cameras every 10 ms, "
+    "an accelerometer without error",
+}
 _STEPS = 6
 """Halvings by which the largest share of the disturbances is looked for that would hold."""
 
@@ -52,8 +66,12 @@ def _lacking(mission: Mission, robot: str, path: Trajectory, duration: float) ->
     assert mission.disturbance is not None, "it states some"
     vehicle, airframe = mission.vehicle_of(robot), mission.disturbance.airframe
     follows = vehicle.controller or PROVED_CONTROLLER
-    if follows != PROVED_CONTROLLER:
-        return f"{robot}: no proof for this controller, '{follows}'; there is one for '{PROVED_CONTROLLER}'."
+    if follows not in LONGEST:
+        return f"{robot}: no proof for this controller, '{follows}'; there is one for '{PROVED_CONTROLLER}', and for hovers of '{ON_BOARD}'."
+    if follows == ON_BOARD and not hovers(path):
+        return f"{robot}: no proof for this controller, '{ON_BOARD}', on a way; there is one for its hovers at heading 0, and for '{PROVED_CONTROLLER}'."
+    if follows == ON_BOARD and vehicle.autopilot is None:
+        return f"{robot}: no proof for this controller, '{ON_BOARD}', as the profile of '{vehicle.name}' names no `autopilot` with its gains."
     if vehicle != mission.vehicle:
         return (
             f"{robot}: no proof for its own vehicle '{vehicle.name}'; `disturbance.airframe` is that of the mission's vehicle."
@@ -65,9 +83,15 @@ def _lacking(mission: Mission, robot: str, path: Trajectory, duration: float) ->
         )
     if path.cuts:
         return f"{robot}: no proof for flights in parts."
-    if duration > LONGEST:
-        return f"{robot}: no proof for a flight of {duration:.0f} s; at most {LONGEST:g} s are proved."
+    if duration > LONGEST[follows]:
+        return f"{robot}: no proof for a flight of {duration:.0f} s; at most {LONGEST[follows]:g} s are proved."
     return ""
+
+
+def hovers(path: Trajectory) -> bool:
+    """Return whether a path stays where it is, at heading 0."""
+    still = path.coefficients
+    return bool(np.all(still[:, :, 1:] == 0.0) and np.all(still[:, :, 0] == still[0, :, 0]) and np.all(still[:, 3, 0] == 0.0))
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,10 +106,15 @@ class _Asked:
 
 
 @lru_cache(maxsize=64)
-def _proved(asked: _Asked) -> TrackingBound | str:
+def _proved(asked: _Asked) -> TrackingBound | HoverBound | str:
     """Return what is proved of a flight, or what stands in the way."""
+    vehicle, told = asked.vehicle, asked.disturbance
     try:
-        return prove(model_of(asked.path, asked.duration, asked.start, asked.vehicle, asked.disturbance))
+        if vehicle.controller != ON_BOARD:
+            return prove(model_of(asked.path, asked.duration, asked.start, vehicle, told))
+        assert vehicle.autopilot is not None, "else it is lacking"
+        offset = float(np.linalg.norm(asked.path.coefficients[0, :3, 0] - np.array(asked.start))) * (1.0 + 1e-12)
+        return prove_hover(vehicle, vehicle.autopilot, told, asked.duration, offset)
     except NotProved as reason:
         return str(reason)
 
@@ -125,14 +154,13 @@ def _claim(robot: str, asked: _Asked, margin: float, share: float | None) -> Cla
     bound = figures(found.bound, 4, up=True)
     dearest = sorted(found.costs.items(), key=lambda cost: -cost[1])[:4]
     costs = ", ".join(f"{name} {1000.0 * cost:.1f} mm" for name, cost in dearest if cost > 5e-5)
-    set_points = "with set-points, by `geometric` at 50 Hz, that are not rounded"
-    assumed = f"Assumed: a start at rest in hover, summed errors zero; {_stated(asked.disturbance)}"
+    controller = asked.vehicle.controller or PROVED_CONTROLLER
+    set_points = _FLOWN[controller]
+    assumed = f"Assumed: {_ASSUMED[controller]}; {_stated(asked.disturbance)}"
+    tight = "it is the same at all times" if isinstance(found, HoverBound) else f"it is tight at {found.time:.2f} s"
     said = " ".join(f"{part}." for part in (costs, assumed) if part)
     if within:
-        sentence = (
-            f"{robot} stays within {bound} m of its plan under the stated disturbances, {set_points} (margin {margin:.5g} m); it is tight at "
-            f"{found.time:.2f} s. {said}"
-        )
+        sentence = f"{robot} stays within {bound} m of its plan under the stated disturbances, {set_points} (margin {margin:.5g} m); {tight}. {said}"
     else:
         sentence = (
             f"{robot} is proved to stay within {told_apart(found.bound, margin)} m of its plan, {set_points}; that is more than the margin, "

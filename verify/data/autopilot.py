@@ -1,7 +1,7 @@
 """Autopilots: what the software on board of common vehicles is tuned to, controller by controller, and its estimator.
 
 The shipped tables are YAML files in `autopilots/`; each number there stands next to the parameter or paper that it is from. Simulation
-flies with them. The judge never reads them: they are here so that they stand in a resolved mission and count in its digest.
+flies with them. They stand in a resolved mission and count in its digest. The checker reads there those of `mellinger` and its filter, for the claim `tracking`.
 """
 
 from __future__ import annotations

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 
+import numpy as np
 import pytest
 
 from tests.helpers.few import few_of
@@ -12,8 +13,9 @@ from tests.helpers.flights import legs, plan_of, small_mission
 from tests.helpers.small_flights import turning
 from verify import certify, judge, recheck
 from verify.certificate import payload_digest
-from verify.data import NotCertified
+from verify.data import NotCertified, Trajectory
 from verify.data.airframe import load_airframe
+from verify.data.autopilot import load_autopilot
 from verify.data.disturbance import Disturbance
 from verify.data.files.mission_file import load_mission_file, mission_to_yaml
 from verify.data.files.trajectory_csv import write_csv
@@ -48,6 +50,42 @@ def test_a_flight_is_proved_to_stay_within_its_margin():
     )
     assert "rotors that reach 100 % of their greatest speed" in claim.sentence
     assert certificate.tube == "proved"
+
+
+FAINT = GENTLE.scaled(0.2)
+
+
+def hovering(told: Disturbance = FAINT, heading: float = 0.0, least_turn: float = 0.0):
+    mission = small_mission("F a", regions="a: {center: [0.0, 0.0, 1.0], radii: [0.2, 0.2, 0.2]}", margin=0.05)
+    stock = load_autopilot("crazyflie-2")
+    quick = stock.changed(ekf=stock.ekf.changed(least_turn=least_turn))
+    vehicle = load_vehicle("crazyflie-2.1").changed(controller="mellinger", autopilot=quick)
+    coefficients = np.zeros((1, 4, 8))
+    coefficients[0, 2:, 0] = 1.0, heading
+    mission = mission.changed(vehicle=vehicle, disturbance=told)
+    return plan_of(mission, {"r0": [Visit(region="a")]}), {"r0": Trajectory([1.0], coefficients)}
+
+
+def test_a_hover_under_mellinger_on_its_filter_is_proved():
+    certificate = certify(*hovering())
+    claim = claim_of(certificate)
+    assert claim.outcome == "holds"
+    assert 0.0001 < claim.bound < claim.limit == 0.05
+    assert "hovers, by `mellinger` on its filter" in claim.sentence
+    assert "the filter's covariance settled" in claim.sentence
+    assert certificate.tube == "proved"
+
+
+def test_ways_and_other_headings_under_mellinger_are_refused():
+    assert "on a way" in refused(*hovering(heading=0.3))
+    assert "on a way" in refused(*flight(controller="mellinger"))
+
+
+@pytest.mark.slow
+def test_hovers_under_mellinger_are_refused_with_what_stands_in_the_way():
+    sentence = refused(*hovering(GENTLE.changed(wind=0.8)))
+    assert "the bounds do not close" in sentence
+    assert "% of these disturbances would hold" in sentence
 
 
 def test_without_disturbances_the_tube_is_assumed():
