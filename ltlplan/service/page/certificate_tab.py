@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from ltlplan.service.page.elements import Flight, Part, Words, box, button
 from ltlplan.service.page.missions import checking
+from ltlplan.service.page.next_steps import next_steps
 from verify.data import LtlplanError
 
 if TYPE_CHECKING:
@@ -36,7 +37,7 @@ class _Refusal:
 
     def _draw(self, job: Job | None) -> None:
         if job is None:
-            Words("p", "Choose a job under Plan to see what is proved of it.", "soft")
+            next_steps(self.desk, "Choose a job under Plan to see what is proved of it.")
         elif job.problem is not None:
             self._problem(job, job.problem)
         elif job.state == "cancelled":
@@ -128,4 +129,4 @@ def trust_tab(desk: Desk, flight: Flight) -> None:
         flight: Where the claims are shown.
     """
     del flight
-    _Refusal(desk)
+    _Refusal(desk).show(None)

@@ -11,6 +11,7 @@ from nicegui import ui
 from ltlplan.service import queries as asked
 from ltlplan.service.execution.exporting import ExportAsked
 from ltlplan.service.page.elements import Part, Words, box, button, link, say
+from ltlplan.service.page.next_steps import next_steps
 from ltlplan.service.page.plan import proof_of
 from ltlplan.service.people.roles import Action
 from ltlplan.service.problems import error_of
@@ -53,7 +54,7 @@ class _Away:
 
     def _draw(self, job: Job | None) -> None:
         if job is None:
-            Words("p", "Choose a job under Plan; what it made is here.", "soft")
+            next_steps(self.desk, "Choose a job under Plan; what it made is here.")
             return
         self._address(job)
         if not job.files:

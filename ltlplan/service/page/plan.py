@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from nicegui import ui
 
 from ltlplan.service.page.elements import Part, Words, box, button, named_field, say, search_field, table
+from ltlplan.service.page.next_steps import next_steps
 from ltlplan.service.people.roles import Action
 from ltlplan.service.storage.retention import kept_until
 from ltlplan.service.times import utc_now
@@ -107,7 +108,7 @@ class _Planning:
         self.problem.place.set_visibility(job is not None and job.problem is not None)
         if job is None:
             self.bar = self.sentence = self.running = None
-            self.name.show(None, lambda: Words("p", "Choose a job, or write a mission.", "soft"))
+            self.name.show(None, lambda: next_steps(self.desk, "Choose a job beside this, or write a mission.", ("write",)))
             for part in (self.actions, self.early, self.told, self.stages, self.problem):
                 part.show(None, lambda: None)
             return

@@ -14,6 +14,7 @@ from ltlplan.service.execution.derived import SHOWN, RecordingKept
 from ltlplan.service.page.derived_jobs import DerivedJobs
 from ltlplan.service.page.elements import Flight, Words, box, button
 from ltlplan.service.page.judging import recording_asked
+from ltlplan.service.page.next_steps import next_steps
 from ltlplan.service.people.roles import Action
 from ltlplan.service.recordings import kept_name
 from ltlplan.service.service import places
@@ -58,7 +59,7 @@ class _Judging:
         self.file: FileUpload | None = None
         self.job: str | None = None
         self.newest = 0
-        self.note = Words("p", "", "soft")
+        self.note, self.missing = Words("p", _KINDS, "soft"), next_steps(desk, _NO_JOB)
         with box("judging") as self.form:
             self.upload = ui.upload(
                 label="Drop a recording here", auto_upload=True, on_upload=self.uploaded, on_rejected=self.refused,
@@ -108,7 +109,8 @@ class _Judging:
             self.file = None
             self._forget("")
         self.form.set_visibility(ready)
-        self.note.set_text(_KINDS if ready else _NO_JOB)
+        self.note.set_visibility(ready)
+        self.missing.set_visibility(not ready)
 
     def refused(self, _event: object = None) -> None:
         """Say that a file was not taken."""

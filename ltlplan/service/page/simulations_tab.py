@@ -10,6 +10,7 @@ from pydantic import BaseModel, ValidationError
 from ltlplan.service.api.answers import CampaignAsked, RehearsalAsked
 from ltlplan.service.page.derived_jobs import DerivedJobs
 from ltlplan.service.page.elements import Words, box, button, named_field, say
+from ltlplan.service.page.next_steps import next_steps
 from ltlplan.service.people.roles import Action
 from verify.data import BadInput, LtlplanError
 from verify.data.value import faults_of
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from ltlplan.service.page.session_state import Desk
 
 _NO_JOB = "Choose a job that is done under Plan; its flight is flown again here, many times."
-_NONE = "None yet."
+_NONE = "None yet. Fill in a form above, or leave it as it is, and press its button."
 _CAMPAIGN = {
     "runs": ("Flights", "100"),
     "wind": ("Wind, m/s", "such as 0.5+0.3"),
@@ -79,7 +80,7 @@ class _Simulating:
     def __init__(self, desk: Desk) -> None:
         self.desk = desk
         with box("simulating"):
-            self.note = Words("p", _NO_JOB, "soft")
+            self.note = next_steps(desk, _NO_JOB)
             with box("forms") as self.forms:
                 self._form("campaign", "Campaign", "The same flight many times, in wind and noise.", CampaignAsked, _CAMPAIGN)
                 self._form(

@@ -13,7 +13,8 @@ export default {
   template: `
 <div class="flight" :data-view="view" :data-ready="data ? 'yes' : 'no'">
   <p v-if="trouble" class="warning" role="alert">{{ trouble }}</p>
-  <p v-if="!data && !trouble && view === 'watch'" class="soft">No flight to watch here: choose a job under Plan that has one.</p>
+  <p v-if="!data && !trouble && view === 'watch'" class="soft empty">No flight to watch here: choose a job under Plan that has one.
+    <span class="row"><a class="button" href="/plan">Choose a job</a> <a class="button" href="/">Write a mission</a></span></p>
   <div class="theatre" :class="{ alone: !beside }" v-show="data">
     <div class="stage3d">
       <div class="holder" ref="holder" role="group" :aria-label="'Moving 3-D picture of ' + (data ? data.mission : 'the flight')"></div>
