@@ -32,6 +32,7 @@ from ltlplan.paths.hoops.primitives import Primitive
 from ltlplan.paths.hoops.stops import Stop, holds, hoop_axes, primitives_between
 from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
 from ltlplan.systems.forbidden_regions import forbidden_regions
+from ltlplan.systems.touching_points import routes_may_touch
 from ltlplan.systems.unreachable import joined_names
 from ltlplan.systems.visit_words import word_of
 from verify.data import BadInput, Infeasible, Mission, RobotPlan, Visit, Waypoint, Word
@@ -198,9 +199,12 @@ def _laid(mission: Mission, robot: str, does: Itinerary, directions: Directions 
 
 
 def _begun_inside(mission: Mission, does: Itinerary) -> Itinerary | None:
-    """Return an itinerary whose laps begin in the region that they came to first, and end there; None where that is a hoop, or something is done there."""
+    """Return an itinerary whose laps begin in the region that they came to first, and end there.
+
+    None where that is a hoop, or something is done there, and where routes lead to middles: bounds in seconds may ask for a hover in a stay that is not cut in two.
+    """
     first, cycle = does.cycle_visit, does.word.cycle or ()
-    if first is None or first >= len(does.visits) or does.stops is not None:
+    if first is None or first >= len(does.visits) or does.stops is not None or not routes_may_touch(mission):
         return None
     visit = does.visits[first]
     if visit.region in mission.hoops or visit.actions or len(cycle) < 2 or visit.region not in cycle[0] - cycle[1]:

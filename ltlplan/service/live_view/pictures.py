@@ -7,12 +7,13 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from pydantic import ValidationError
 
 from flight.monitoring.letters import RegionMasks, region_letters
 from flight.pictures import robot_colour, scene
 from ltlplan.service.live_view.messages import Shown
 from ltlplan.service.views.watching import drawn, radii
-from verify.data import parse_mission
+from verify.data import BadInput, parse_mission
 
 if TYPE_CHECKING:
     from verify.data import Mission
@@ -30,10 +31,14 @@ def live_picture(shown: str, report: Progress) -> str:
         report: Receives what is done.
 
     Raises:
+        BadInput: It is no such JSON.
         MissionError: Its mission has faults.
     """
     report("drawing the flight", 0.0)
-    what = Shown.model_validate_json(shown)
+    try:
+        what = Shown.model_validate_json(shown)
+    except ValidationError as error:
+        raise BadInput(f"What a flight shows was not understood: {error.errors()[0]['msg']}.") from error
     mission = parse_mission(what.mission)
     tracks = {name: track for name, track in what.tracks.items() if name in mission.agents}
     data: dict[str, Any] = {  # of any type: JSON nests
