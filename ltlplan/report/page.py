@@ -18,8 +18,9 @@ _OF_PLAYERS = ("overlay.js", "player.js")
 
 
 def _script(name: str) -> str:
-    """Return a script of this package, for a page where all scripts are one; the service's page has some of them as modules."""
-    return package_text(name).replace("\nexport ", "\n")
+    """Return a script of this package without comments and indents, for a page where all are one; the service's page has some of them as modules."""
+    lines = (line.strip().removeprefix("export ") for line in package_text(name).splitlines())
+    return "".join(f"{line}\n" for line in lines if line and not line.startswith("//"))
 
 
 def page_html(
