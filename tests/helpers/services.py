@@ -10,7 +10,7 @@ import sys
 import threading
 import time
 from collections.abc import Generator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -67,6 +67,36 @@ def serving(data: Path, **asked: Any) -> Generator[Served]:
     finally:
         process.send_signal(signal.SIGTERM)
         process.wait(30)
+
+
+@contextmanager
+def submitting(url: str) -> Generator[set[str]]:
+    """Have somebody submit jobs one after another and delete every second one, and yield the ids of those that stay."""
+    from ltlplan import Client
+    from verify.data import LtlplanError
+
+    over, accepted = threading.Event(), set[str]()
+
+    def churn() -> None:
+        seed = 100
+        with Client(url) as client:
+            while not over.is_set():
+                seed += 1
+                job = client.submit_text(ONE_HOOP, seed=seed)
+                if seed % 2:
+                    with suppress(LtlplanError):
+                        client.cancel(job)
+                        client.delete(job)
+                else:
+                    accepted.add(job.id)
+
+    churning = threading.Thread(target=churn)
+    churning.start()
+    try:
+        yield accepted
+    finally:
+        over.set()
+        churning.join()
 
 
 def resident_megabytes(pid: int) -> float:

@@ -1,4 +1,4 @@
-"""One service for all tests that only ask it, in all processes of a run; it ends with the run."""
+"""One service for all tests that only ask it, in all processes of a run, which ends with the run; and a server of PostgreSQL for those of a module."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import pytest
 
 from ltlplan import Client
 from ltlplan.service.client_parts.job_handle import Submitted
+from tests.helpers.postgres import Server, postgres_server
 from tests.helpers.services import ONE_HOOP, Served, start
 
 Once = Callable[[str, Callable[[Path], Any]], Any]
@@ -30,6 +31,13 @@ def served(once: Once) -> Served:
         return found
 
     return once("service", made)
+
+
+@pytest.fixture(scope="module")
+def server() -> Generator[Server]:
+    """Yield a server of PostgreSQL."""
+    with postgres_server() as started:
+        yield started
 
 
 @pytest.fixture

@@ -151,7 +151,7 @@ def same_elsewhere(client: Client, kind: str, asked: Any) -> Submitted:
     return (client.campaign if kind == "campaign" else client.rehearse)(flown, runs=2, seed=asked[1]).wait()
 
 
-def require_whole(made: Killed, tmp_path: Path) -> None:
+def assert_whole(made: Killed, tmp_path: Path) -> None:
     """Assert that all that was accepted has ended, as a service computes it that nobody kills, and that nothing is left half-written."""
     with Client(made.url, timeout=60.0) as client:
         found = {job: ended(client, job) for job in made.accepted}
@@ -184,4 +184,4 @@ def test_whatever_is_killed_nothing_is_lost(tmp_path: Path, kind: str) -> None:
     with ExitStack() as opened:
         database = opened.enter_context(postgres_server()) if kind == "postgres" else None
         made = opened.enter_context(killed(tmp_path / "data", KILLS, 5, database))
-        require_whole(made, tmp_path)
+        assert_whole(made, tmp_path)

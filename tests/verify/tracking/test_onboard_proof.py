@@ -209,6 +209,14 @@ def test_the_linear_loop_flies_as_the_simulator_does_step_by_step(late):
         assert np.all(np.abs(mine - states).max(0) < 5e-3 * np.abs(states).max(0))
 
 
+def before_recorded(back):
+    """Return a response, read backwards, from before the cameras' records were taken of position and attitude."""
+    before = back.copy()
+    before[0:3], before[6:9] = back[0:3] + back[36:39], back[6:9] + back[39:42]
+    before[36:42] = 0.0
+    return before
+
+
 @few_of(2, "row", [0, 2, 6, 9, 26])
 def test_the_worst_signal_reaches_its_sum(row, loop):
     """Winds and errors of cameras with the signs of the response, read backwards, reach the sum of its magnitudes."""
@@ -219,9 +227,7 @@ def test_the_worst_signal_reaches_its_sum(row, loop):
     back, reached = np.eye(N)[row], 0.0
     for step in range(steps - 1, -1, -1):
         if step % SUBSTEPS + 1 == frame.recorded:
-            back = back.copy()
-            back[0:3], back[6:9] = back[0:3] + back[36:39], back[6:9] + back[39:42]
-            back[36:42] = 0.0
+            back = before_recorded(back)
         answer = back @ frame.stepped["wind"].mid
         inputs["wind"][step], reached = np.sign(answer), reached + np.abs(answer).sum()
         back = back @ frame.step.mid
@@ -295,9 +301,7 @@ def test_winds_with_the_signs_of_the_response_stay_within_the_bound_and_come_nea
     back, wind = np.eye(N)[0], np.zeros((steps, 3))
     for step in range(steps - 1, -1, -1):
         if step % SUBSTEPS + 1 == frame.recorded:
-            back = back.copy()
-            back[0:3], back[6:9] = back[0:3] + back[36:39], back[6:9] + back[39:42]
-            back[36:42] = 0.0
+            back = before_recorded(back)
         answer = back @ frame.stepped["wind"].mid
         wind[step] = calm.wind * answer / np.linalg.norm(answer)
         back = back @ frame.step.mid

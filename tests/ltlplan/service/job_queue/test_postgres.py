@@ -9,7 +9,6 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -19,7 +18,7 @@ from ltlplan.service.problems import Conflict
 from tests.helpers.flights import small_mission
 from tests.helpers.job_services import begun, ended, heard, run, service
 from tests.helpers.jobs_process import NOTES
-from tests.helpers.postgres import USER, Server, postgres_server
+from tests.helpers.postgres import USER, Server
 from tests.helpers.process_trees import command_line, environment_of, tree
 from tests.helpers.services import ONE_HOOP
 from tests.helpers.waiting import until
@@ -28,12 +27,6 @@ from verify.data import BadInput
 pytestmark = pytest.mark.xdist_group("service")
 
 SMALL = small_mission("F a", margin=0.05, extra="planner: {pace: nominal}")
-
-
-@pytest.fixture(scope="module")
-def server() -> Iterator[Server]:
-    with postgres_server() as started:
-        yield started
 
 
 def test_jobs_are_done_found_cancelled_and_deleted(server: Server, tmp_path: Path) -> None:

@@ -7,8 +7,6 @@ import signal
 import subprocess
 import sys
 import time
-import uuid
-from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
@@ -18,22 +16,9 @@ import pytest
 from flight.link.stop_orders import Level
 from flight.logs.log import Event
 from ltlplan.service.client_parts import flight_feed
-from tests.helpers.live_feeds import FedFlight, fed, watching
+from tests.helpers.live_feeds import FedFlight, watching
 from tests.helpers.services import Served
 from tests.helpers.waiting import until
-
-
-@pytest.fixture
-def name() -> str:
-    return f"lab-{uuid.uuid4().hex[:12]}"
-
-
-@pytest.fixture
-def flying(served: Served, name: str) -> Iterator[FedFlight]:
-    with fed(f"{served.url}/live/{name}") as flight:
-        with watching(served.url, name) as viewer:
-            viewer.frame(lambda frame: bool(frame["robots"]))
-        yield flight
 
 
 def process_of(flight: FedFlight) -> int:

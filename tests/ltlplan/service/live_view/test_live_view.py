@@ -8,8 +8,6 @@ import signal
 import socket
 import subprocess
 import time
-import uuid
-from collections.abc import Iterator
 from contextlib import ExitStack, closing, suppress
 from pathlib import Path
 
@@ -24,19 +22,6 @@ from ltlplan.service.security.tokens import Tokens
 from tests.helpers.live_feeds import FedFlight, Network, fed, watching
 from tests.helpers.services import Served, serving
 from tests.helpers.waiting import until
-
-
-@pytest.fixture
-def name() -> str:
-    return f"lab-{uuid.uuid4().hex[:12]}"
-
-
-@pytest.fixture
-def flying(served: Served, name: str) -> Iterator[FedFlight]:
-    with fed(f"{served.url}/live/{name}") as flight:
-        with watching(served.url, name) as viewer:
-            viewer.frame(lambda frame: bool(frame["robots"]))
-        yield flight
 
 
 def run_of(url: str, name: str) -> int:

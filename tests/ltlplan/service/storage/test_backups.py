@@ -10,7 +10,7 @@ import tarfile
 import threading
 import time
 from collections.abc import Callable
-from contextlib import closing, suppress
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -26,8 +26,8 @@ from ltlplan.service.people.roles import Role
 from ltlplan.service.security.tokens import Tokens
 from ltlplan.service.storage.backups import MANIFEST, back_up, restore
 from ltlplan.service.storage.deletion_pause import deleting, paused
-from tests.helpers.services import ONE_HOOP, serving
-from verify.data import BadInput, LtlplanError
+from tests.helpers.services import ONE_HOOP, serving, submitting
+from verify.data import BadInput
 
 STORED = Path(__file__).parent.parent / "stored" / "data-0.2.0.tar.xz"
 
@@ -209,32 +209,14 @@ def test_deletions_wait_for_a_backup_and_are_done_after_it(tmp_path: Path) -> No
 @pytest.mark.slow
 def test_a_backup_under_load_has_all_that_was_accepted_before_it(tmp_path: Path) -> None:
     data = tmp_path / "data"
-    over = threading.Event()
     with serving(data, workers=2) as served, Client(served.url) as client:
         before = [client.submit_text(ONE_HOOP, seed=seed) for seed in range(4)]
         first = before[0].wait()
-
-        def churn() -> None:
-            seed = 100
-            with Client(served.url) as other:
-                while not over.is_set():
-                    seed += 1
-                    job = other.submit_text(ONE_HOOP, seed=seed)
-                    if seed % 2:
-                        with suppress(LtlplanError):
-                            other.cancel(job)
-                            other.delete(job)
-
-        churning = threading.Thread(target=churn)
-        churning.start()
-        try:
+        with submitting(served.url):
             for number in range(3):
                 time.sleep(1)
                 told = CliRunner().invoke(app, ["backup", str(tmp_path / f"lab-{number}.tar"), "--data", str(data), "--json"])
                 assert json.loads(told.stdout)["damaged"] == []
-        finally:
-            over.set()
-            churning.join()
     for number in range(3):
         again = tmp_path / f"again-{number}"
         restore(tmp_path / f"lab-{number}.tar", again)

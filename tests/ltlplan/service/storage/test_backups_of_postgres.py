@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-import threading
 import time
-from collections.abc import Iterator
-from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -18,19 +15,13 @@ from ltlplan.cli import app
 from ltlplan.service.storage.backups import back_up, restore
 from tests.helpers.flights import small_mission
 from tests.helpers.job_services import ended, heard, run, service
-from tests.helpers.postgres import Server, postgres_server
-from tests.helpers.services import ONE_HOOP, serving
-from verify.data import BadInput, LtlplanError
+from tests.helpers.postgres import Server
+from tests.helpers.services import ONE_HOOP, serving, submitting
+from verify.data import BadInput
 
 pytestmark = pytest.mark.xdist_group("service")
 
 SMALL = small_mission("F a", margin=0.05, extra="planner: {pace: nominal}")
-
-
-@pytest.fixture(scope="module")
-def server() -> Iterator[Server]:
-    with postgres_server() as started:
-        yield started
 
 
 def test_jobs_go_from_postgresql_to_sqlite_and_to_postgresql(server: Server, tmp_path: Path) -> None:
@@ -90,35 +81,15 @@ def test_what_is_not_this_folders_or_not_empty_is_refused(server: Server, tmp_pa
 
 @pytest.mark.slow
 def test_a_backup_under_load_has_all_that_was_accepted_before_it(server: Server, tmp_path: Path) -> None:
-    data, url, other, over = tmp_path / "data", server.create("load"), server.create("restored"), threading.Event()
+    data, url, other = tmp_path / "data", server.create("load"), server.create("restored")
     before: list[set[str]] = []
     with serving(data, workers=2, database=url) as served, Client(served.url) as client:
         first = client.submit_text(ONE_HOOP, seed=0).wait()
-        accepted = {first.id}
-
-        def churn() -> None:
-            seed = 100
-            with Client(served.url) as own:
-                while not over.is_set():
-                    seed += 1
-                    job = own.submit_text(ONE_HOOP, seed=seed)
-                    if seed % 2:
-                        with suppress(LtlplanError):
-                            own.cancel(job)
-                            own.delete(job)
-                    else:
-                        accepted.add(job.id)
-
-        churning = threading.Thread(target=churn)
-        churning.start()
-        try:
+        with submitting(served.url) as accepted:
             for number in range(3):
                 time.sleep(1)
-                before.append(set(accepted))
+                before.append({first.id, *accepted})
                 assert back_up(data, tmp_path / f"lab-{number}.tar", url).damaged == ()
-        finally:
-            over.set()
-            churning.join()
     for number, database in ((0, None), (2, other)):
         again = tmp_path / f"again-{number}"
         restore(tmp_path / f"lab-{number}.tar", again, database)
