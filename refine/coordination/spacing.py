@@ -43,7 +43,7 @@ def firm_pairs(plan: Plan) -> Iterator[tuple[str, str, str, Point, Point]]:
     for (name, one), (other_name, other) in itertools.combinations(plan.robots.items(), 2):
         yield name, other_name, "start", one.waypoints[0].position, other.waypoints[0].position
         a, b = one.waypoints[-1], other.waypoints[-1]
-        if not (movable(plan.mission, one, a) or movable(plan.mission, other, b)):
+        if not (movable(plan.mission, name, one, a) or movable(plan.mission, other_name, other, b)):
             yield name, other_name, "end", a.position, b.position
 
 

@@ -59,7 +59,7 @@ def moved_apart(plan: Plan, distance: float, z_scale: float) -> Plan:
         last = {
             name: len(robot.waypoints) - 1
             for name, robot in moved.robots.items()
-            if robot.ends_in == region and movable(plan.mission, robot, robot.waypoints[-1])
+            if robot.ends_in == region and movable(plan.mission, name, robot, robot.waypoints[-1])
         }
         hovering = {name: [np.array(robot.waypoints[-1].position)] for name, robot in moved.robots.items() if robot.still}
         places = _own_places(moved, region, last, (distance, z_scale), how="packed", nearby=hovering)
@@ -82,7 +82,7 @@ def _moved_apart(plan: Plan, distance: float, z_scale: float) -> tuple[Plan, lis
     """Return the plan with robots that follow moved, and the regions in which that left one at another's last hover."""
     mission, robots, stuck = plan.mission, dict(plan.robots), list[str]()
     still = [name for name, robot in robots.items() if robot.still]
-    firm = [name for name, robot in robots.items() if not movable(mission, robot, robot.waypoints[-1])]
+    firm = [name for name, robot in robots.items() if not movable(mission, name, robot, robot.waypoints[-1])]
     ends: dict[str, Ball] = {}
     later = {name: {other for other, _ in comes_after(plan, name, len(robot.visits) - 1)} for name, robot in robots.items()}
     firm.sort(key=lambda name: (left_last(mission, robots[name]) is not None, len(later[name])))
@@ -93,7 +93,7 @@ def _moved_apart(plan: Plan, distance: float, z_scale: float) -> tuple[Plan, lis
         for index, waypoint in enumerate(waypoints):
             taken = tuple(ends.values()) if index == len(waypoints) - 1 else hovering
             meets = any(place.signed_distance(np.array(waypoint.position)) <= 0.0 for place in taken)
-            if name not in still and meets and movable(mission, robot, waypoint):
+            if name not in still and meets and movable(mission, name, robot, waypoint):
                 other = moved_within(mission, name, robot, waypoint, taken)
                 waypoints[index] = other or waypoint
                 if other is None and index == len(waypoints) - 1 and waypoint.region is not None:
@@ -137,7 +137,7 @@ def moved_to_meet(plan: Plan, distance: float, z_scale: float, *, nearest: bool 
             name: [
                 i
                 for i, waypoint in enumerate(robot.waypoints)
-                if waypoint.region == region and movable(mission, robot, waypoint)
+                if waypoint.region == region and movable(mission, name, robot, waypoint)
             ]
             for name, robot in plan.robots.items()
         }

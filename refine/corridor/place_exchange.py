@@ -87,12 +87,13 @@ def without_gates(plan: Plan) -> Plan:
         plan: Its visits are about to be made at other places; laps, which begin at such points, keep theirs.
     """
     robots = {
-        name: robot if robot.cycle_waypoint is not None else _without_gates(plan, robot) for name, robot in plan.robots.items()
+        name: robot if robot.cycle_waypoint is not None else _without_gates(plan, name, robot)
+        for name, robot in plan.robots.items()
     }
     return plan.model_copy(update={"robots": robots})
 
 
-def _without_gates(plan: Plan, robot: RobotPlan) -> RobotPlan:
+def _without_gates(plan: Plan, name: str, robot: RobotPlan) -> RobotPlan:
     regions, points = plan.mission.regions, robot.waypoints
     kept = _turning(points)
     gates = {
@@ -100,7 +101,7 @@ def _without_gates(plan: Plan, robot: RobotPlan) -> RobotPlan:
         for before, index, visit in zip(kept[:-2], kept[1:-1], kept[2:], strict=True)
         if (points[index].role, points[visit].role) == ("via", "centre")
         and points[index].visit == points[visit].visit
-        and movable(plan.mission, robot, points[visit])
+        and movable(plan.mission, name, robot, points[visit])
         and regions[points[visit].region or ""].level(np.array(points[before].position))
         > 1.0  # else it leaves the region there
     }

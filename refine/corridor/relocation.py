@@ -25,19 +25,21 @@ _UNIT_BOX = np.array(list(itertools.product(np.linspace(-1.0, 1.0, 13), repeat=3
 _UNIT_BALL = np.array([p for p in itertools.product(np.linspace(-1.0, 1.0, 13), repeat=3) if np.linalg.norm(p) <= 1.0])
 
 
-def movable(mission: Mission, robot: RobotPlan, waypoint: Waypoint) -> bool:
-    """Return whether a point makes a visit that might as well be made elsewhere in its region.
+def movable(mission: Mission, name: str, robot: RobotPlan, waypoint: Waypoint) -> bool:
+    """Return whether a point makes a visit that might as well be made elsewhere in its region, and is not where the robot is to end.
 
     Args:
-        mission: Gives the regions.
+        mission: Gives regions and ends.
+        name: The robot's.
         robot: Its plan.
         waypoint: One of its waypoints.
     """
-    visited = {visit.region for visit in robot.visits}
+    visited, end = {visit.region for visit in robot.visits}, mission.agents[name].end
     return (
         waypoint.region in mission.regions
         and waypoint.visit is not None
         and waypoint.role != "start"
+        and not (end is not None and np.allclose(waypoint.position, end))
         and waypoint.region in visited
         and not leads_to(mission, waypoint)
     )
@@ -56,7 +58,7 @@ def moved_into_the_clear(mission: Mission, name: str, robot: RobotPlan) -> Robot
         robot: Its plan.
     """
     waypoints = [
-        (moved_within(mission, name, robot, waypoint, ()) if movable(mission, robot, waypoint) else None) or waypoint
+        (moved_within(mission, name, robot, waypoint, ()) if movable(mission, name, robot, waypoint) else None) or waypoint
         for waypoint in robot.waypoints
     ]
     if robot.cycle_waypoint is not None:
@@ -80,7 +82,7 @@ def relocations(
     places: dict[int, list[list[float]]] = {}
     solids = _solids(mission, name)
     for index, waypoint in enumerate(robot.waypoints):
-        if movable(mission, robot, waypoint):
+        if movable(mission, name, robot, waypoint):
             points = places_of(mission, name, robot, waypoint, taken)
             good = places_of(mission, name, robot, waypoint, at_the_end) if index == len(robot.waypoints) - 1 else points
             places[index] = _far_apart(np.array(waypoint.position), good if len(good) else points, count, solids)
