@@ -49,6 +49,13 @@ def loop():
     return loop_of(VEHICLE, AIRFRAME, QUICK, 7, FRAMES)
 
 
+@pytest.fixture(scope="module")
+def hover(loop):
+    """Return a hover whose bounds close, with its bound."""
+    made = _Hover(loop, SMALL, 0.0)
+    return made, made.proved()
+
+
 def exact(values):
     """Return numbers that are known, as a law takes them."""
     values = np.asarray(values, dtype=np.float64)
@@ -179,7 +186,7 @@ def flown_linearly(loop, inputs, offset):
     return np.array(found)
 
 
-@few_of(2, "late", [0, 3, 5, 7, 9])
+@few_of(1, "late", [0, 3, 5, 7, 9])
 def test_the_linear_loop_flies_as_the_simulator_does_step_by_step(late):
     autopilot = STOCK.changed(ekf=STOCK.ekf.changed(least_turn=0.0))
     loop, steps = loop_of(VEHICLE, AIRFRAME, autopilot, late, 80), 400
@@ -240,7 +247,8 @@ def test_the_worst_signal_reaches_its_sum(row, loop):
     assert 0.97 * most <= reached <= most * (1.0 + 1e-9)
 
 
-def test_laws_stay_within_what_they_may_be_beside_linear_ones(loop):
+@few_of(1, "draws", [4, 40])
+def test_laws_stay_within_what_they_may_be_beside_linear_ones(draws, loop):
     rng = np.random.default_rng(3)
     sizes = np.concatenate([np.full(3, 5e-4), np.full(3, 0.03), [0.01, 0.01, 0.005], [0.05, 0.05, 0.02, 0.02], [0.01, 0.01, 0.01],
                             np.full(3, 1e-4), np.full(3, 1e-3), np.full(3, 2e-5), np.full(45, 0.05)])  # fmt: skip
@@ -251,7 +259,7 @@ def test_laws_stay_within_what_they_may_be_beside_linear_ones(loop):
         (loop._aimed, loop._aim, loop.beside_aim, np.array([0.01, 0.01, 0.01, 0.02, 0.02, 0.01])),
     ):  # fmt: skip
         most = bound(size)
-        for k in range(40):
+        for k in range(draws):
             v = size * (rng.choice([-1.0, 1.0], len(size)) if k % 2 else rng.uniform(-1.0, 1.0, len(size)))
             if len(v) == 70:  # what is dropped is no more than there is
                 v[22:25] = 0.0
@@ -279,12 +287,12 @@ def adversaries(told, n, seed):
     )  # fmt: skip
 
 
-def test_no_disturbed_hover_leaves_the_bounds_of_any_state(loop):
-    hover = _Hover(loop, SMALL, 0.0)
-    proved = hover.proved()
-    bounds = hover.kept["between"], hover.kept["states"]
+@few_of(1, "seeds", [1, 3])
+def test_no_disturbed_hover_leaves_the_bounds_of_any_state(seeds, hover):
+    closed, proved = hover
+    bounds = closed.kept["between"], closed.kept["states"]
     worst = 0.0
-    for seed in range(2):
+    for seed in range(seeds):
         found = adversaries(SMALL, 60, seed).fly(VEHICLE, QUICK, FRAMES * SUBSTEPS)
         worst = max(worst, float(np.linalg.norm(found[:, :3], axis=1).max()))
         for rows, most in ((slice(0, 6), bounds[0][:6]), (slice(10, 13), bounds[0][9:12]), (slice(13, 19), bounds[1][23:29])):
@@ -295,6 +303,7 @@ def test_no_disturbed_hover_leaves_the_bounds_of_any_state(loop):
     assert worst <= proved.bound < 12.0 * worst
 
 
+@pytest.mark.slow  # the worst signal reaches its sum, and no disturbed hover leaves its bounds, by default, too
 def test_winds_with_the_signs_of_the_response_stay_within_the_bound_and_come_near(loop):
     steps, frame = FRAMES * SUBSTEPS, loop.frame
     calm = Disturbance(airframe=AIRFRAME, wind=0.03, latency=(0.014, 0.014), sag=0.0)
@@ -314,6 +323,7 @@ def test_winds_with_the_signs_of_the_response_stay_within_the_bound_and_come_nea
     assert worst <= proved.bound <= 2.0 * worst
 
 
+@pytest.mark.slow
 def test_a_vehicle_that_lags_more_than_its_model_is_caught(loop):
     calm = Disturbance(airframe=AIRFRAME, wind=0.03, latency=(0.014, 0.014), sag=0.0)
     hover = _Hover(loop, calm, 0.0)
@@ -325,31 +335,41 @@ def test_a_vehicle_that_lags_more_than_its_model_is_caught(loop):
         assert bool(np.all(turning <= rates)) == within
 
 
-def test_what_bounds_allow_grows_with_each_disturbance(loop):
-    hover = _Hover(loop, SMALL, 0.0)
-    hover.proved()
-    bounds = {name: 1.01 * value for name, value in hover.kept.items()}
-    least = hover._after(bounds)
-    for changes in (
-        {"wind": 0.04}, {"position": 6e-5}, {"gyroscope": 0.002}, {"mass": 0.001}, {"thrust": 0.0025}, {"sag": 2e-4}, {"drag": 0.02},
-        {"moment": 1e-8}, {"start": 2e-4}, {"attitude": 1e-4}, {"latency": (0.012, 0.016)},
-    ):  # fmt: skip
-        more = _Hover(loop, SMALL.changed(**changes), 0.0)._after(bounds)
-        assert all(np.all(more[name] >= least[name] * (1.0 - 1e-12)) for name in least), changes
-        assert more["between"][:3].sum() > least["between"][:3].sum(), changes
+MORE = (
+    {"wind": 0.04}, {"position": 6e-5}, {"gyroscope": 0.002}, {"mass": 0.001}, {"thrust": 0.0025}, {"sag": 2e-4}, {"drag": 0.02},
+    {"moment": 1e-8}, {"start": 2e-4}, {"attitude": 1e-4}, {"latency": (0.012, 0.016)},
+)  # fmt: skip
 
 
-def test_disturbances_that_are_too_much_and_what_is_not_in_the_model_are_refused():
+@few_of(1, "changes", [MORE[::5], MORE], ids=["some", "each"])
+def test_what_bounds_allow_grows_with_each_disturbance(changes, hover, loop):
+    closed, _ = hover
+    bounds = {name: 1.01 * value for name, value in closed.kept.items()}
+    least = closed._after(bounds)
+    for change in changes:
+        more = _Hover(loop, SMALL.changed(**change), 0.0)._after(bounds)
+        assert all(np.all(more[name] >= least[name] * (1.0 - 1e-12)) for name in least), change
+        assert more["between"][:3].sum() > least["between"][:3].sum(), change
+
+
+def test_disturbances_that_are_too_much_are_refused(loop):
     with pytest.raises(NotProved, match="corrections of the attitude that the filter drops"):
-        prove_hover(VEHICLE, QUICK, SMALL.changed(wind=2.0), SECONDS)
+        _Hover(loop, SMALL.changed(wind=2.0), 0.0).proved()
+
+
+def test_what_is_not_in_the_model_is_refused():
     with pytest.raises(NotProved, match="velocity"):
         prove_hover(VEHICLE, QUICK, SMALL.changed(velocity=0.1), SECONDS)
     with pytest.raises(NotProved, match="late"):
         prove_hover(VEHICLE, QUICK, SMALL.changed(latency=(0.02, 0.02)), SECONDS)
-    weak = STOCK.changed(mellinger=STOCK.mellinger.changed(attitude=(7.0, 7.0, 6.0)))
-    with pytest.raises(NotProved):
-        prove_hover(VEHICLE, weak, SMALL, SECONDS)
     with pytest.raises(NotProved, match="no gains"):
         prove_hover(VEHICLE, STOCK.changed(mellinger=None), SMALL, SECONDS)
     assert mellinger.MELLINGER.settled
     assert onboard_laws.COVARIANCES == 45
+
+
+@pytest.mark.slow  # sums responses of another loop
+def test_gains_that_are_weak_are_refused():
+    weak = STOCK.changed(mellinger=STOCK.mellinger.changed(attitude=(7.0, 7.0, 6.0)))
+    with pytest.raises(NotProved):
+        prove_hover(VEHICLE, weak, SMALL, SECONDS)

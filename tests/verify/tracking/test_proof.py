@@ -121,7 +121,7 @@ def test_no_disturbed_flight_leaves_its_bound(path, many):
     assert proved.bound < 12.0 * worst
 
 
-@few_of(1, "path", [hover(), line(), line(0.6, 3.2)], ids=["hover", "line", "fast"])
+@few_of(1, "path", [hover(1.5), hover(), line(), line(0.6, 3.2)], ids=["short hover", "hover", "line", "fast"])
 def test_every_state_stays_within_its_bound(path):
     """Feedback, and the errors of attitude, rates and thrust, as they are in flight, against the bounds that close on each other."""
     told = Disturbance(airframe=AIRFRAME, wind=0.06, position=5e-5, gyroscope=0.003, start=5e-4, sag=0.0)
@@ -138,8 +138,8 @@ def test_every_state_stays_within_its_bound(path):
         assert np.all(flown <= bound + 1e-9), (name, float((flown / bound).max()))
 
 
-@few_of(1, "path", [line(0.6, 3.2), hover(2.0)], ids=["fast", "hover"])
-def test_each_step_leaves_no_more_than_its_inputs_allow(path):
+@few_of(1, ("path", "every"), [(line(0.6, 3.2), 40), (line(0.6, 3.2), 4), (hover(2.0), 4)], ids=["some", "fast", "hover"])
+def test_each_step_leaves_no_more_than_its_inputs_allow(path, every):
     """The linear maps against the simulator, step by step and far from rest: what is left is within the bounded inputs of that step."""
     told = Disturbance(airframe=AIRFRAME, wind=0.06, position=5e-5, gyroscope=0.003, start=5e-4, sag=0.0)
     model = model_of(path, path.duration, tuple(path.coefficients[0, :3, 0]), VEHICLE, told)
@@ -153,7 +153,7 @@ def test_each_step_leaves_no_more_than_its_inputs_allow(path):
     for kind, make in {"lateral": lateral_loop, "vertical": vertical_loop, "heading": heading_loop}.items():
         loop = make(VEHICLE, AIRFRAME, cell.choice)
         rows = [*flights.log[0][kind]]
-        for tick in range(0, len(model.plan), 4):
+        for tick in range(0, len(model.plan), every):
             own = {name: known.get(kind, {}).get(name, np.zeros((len(model.plan), 1)))[tick] for name in loop.stepped}
             most = {
                 name: sum(float(b[min(tick, len(b) - 1)]) for (k, n, _), b in inputs.items() if (k, n) == (kind, name))
