@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 
@@ -11,15 +12,19 @@ from ltlplan.logic.signed_parts import signed_parts
 from ltlplan.search.counting.capacities import Room, most_that_show
 from ltlplan.search.counting.counting_propositions import Marks
 from ltlplan.search.counting.planning import plan_counts
+from ltlplan.search.explanations.count_laws import laws_of_counts, no_word, some_word
 from ltlplan.search.explanations.inquiry import all_of, as_written
 from ltlplan.search.explanations.unsatisfiable_cores import NoPlan
 from ltlplan.search.orders.state_sets import Reading, shown_at
+from ltlplan.systems.region_labels import Layout
 from ltlplan.systems.transition_systems import TransitionSystem
 from ltlplan.systems.unreachable import joined_names
 from verify.data import Formula, Mission
 from verify.data.language.counting import atoms
 
 _STATES = 20_000
+_PAIRS = 300
+"""Pairs of requirements of which it is found out whether they contradict each other."""
 
 
 def no_counted_plan(
@@ -34,30 +39,60 @@ def no_counted_plan(
         asked: The formula, written out.
         rooms: How many robots small regions hold.
     """
-    core = list(dict.fromkeys(conjuncts(asked)))
-    for part in list(core):
-        others = [other for other in core if other != part]
-        if others and not _possible(others, systems, kinds, rooms):
-            core = others
-    reasons = _bad_starts(mission, systems, core) or [
-        *_too_many(mission),
-        *_closed(mission, core),
-        *(_too_small(mission, systems, rooms, core) if rooms and _possible(core, systems, kinds, {}) else ()),
-        "Robots move one after another or together, and each waits in its region, or just outside one that it has left, for others where that helps.",
-    ]
-    written = as_written(mission)
+    parts, written = list(dict.fromkeys(conjuncts(asked))), as_written(mission)
+    core = _contradiction(mission, parts)
+    if core is None:
+        core = parts
+        for part in parts:
+            others = [other for other in core if other != part]
+            if others and not _possible(others, systems, kinds, rooms):
+                core = others
+    reasons = (
+        [sentence for sentence in [no_word(mission, core)] if sentence]
+        or _bad_starts(mission, systems, core)
+        or _apart(mission, systems, core)
+        or [
+            *_closed(mission, core),
+            *(_too_small(mission, systems, rooms, core) if rooms and _possible(core, systems, kinds, {}) else ()),
+            "Robots move one after another or together, and each waits in its region, or just outside one that it has left, for others where that helps.",
+        ]
+    )
     return NoPlan([str(written.get(part, part)) for part in core], reasons)
 
 
+def _contradiction(mission: Mission, parts: Sequence[Formula]) -> list[Formula] | None:
+    """Return a requirement, or two that speak of the same, that no word satisfies; None where none were found."""
+    for size in (1, 2):
+        for some in itertools.islice(itertools.combinations(parts, size), _PAIRS):
+            if frozenset.intersection(*(part.names() for part in some)) and no_word(mission, some):
+                return list(some)
+    return None
+
+
 def _bad_starts(mission: Mission, systems: Sequence[TransitionSystem], core: Sequence[Formula]) -> list[str]:
-    """Name robots that start inside regions that requirements name, where what the team shows at its start loses them."""
+    """Say who starts inside regions that requirements name, and who does not, where what the team shows at its start loses them."""
     formula = all_of(core)
     marks = Marks(conjunct_automata(formula, "finite"), atoms(formula))
     if Reading(marks, joint=True).begin(tuple([shown_at(marks, system, system.initial) for system in systems])) is not None:
         return []
-    named = formula.names() & mission.all_regions.keys()
-    inside = {system.robot: sorted(system.labels[system.initial] & named) for system in systems}
-    return [f"{robot} starts inside {joined_names(regions)}." for robot, regions in inside.items() if regions]
+    inside, outside = dict[str, dict[str, None]](), list[str]()
+    named = {(node.name, node.robot) for part in core for node in part.nodes() if node.name in mission.all_regions}
+    for region, whose in sorted(named):
+        those = [each.robot for each in systems if whose in ("", each.robot) and region in each.labels[each.initial]]
+        for robot in those:
+            inside.setdefault(robot, {})[region] = None
+        outside += [] if those else [f"At the start {f'{whose} is not' if whose else 'no robot is'} inside {region}."]
+    return [*(f"{robot} starts inside {joined_names(regions)}." for robot, regions in inside.items()), *outside]
+
+
+def _apart(mission: Mission, systems: Sequence[TransitionSystem], core: Sequence[Formula]) -> list[str]:
+    """Say which regions lie apart, if that leaves too few robots for what is asked of both at once."""
+    letters = frozenset(letter for system in systems for letter in system.labels)
+    if some_word(mission, [*core, *laws_of_counts(core, len(systems), letters)]):
+        return []
+    neighbours, named = Layout(mission).neighbours, all_of(core).names() & mission.all_regions.keys()
+    pairs = [(a, b) for a, b in itertools.combinations(sorted(named), 2) if b not in neighbours[a]]
+    return [f"{a} and {b} lie apart: no robot is in both at once, and there are {len(systems)} robots." for a, b in pairs]
 
 
 def _possible(
@@ -81,18 +116,6 @@ def _closed(mission: Mission, core: Sequence[Formula]) -> list[str]:
         f"{name} is closed to {robot}: only {joined_names(mission.all_regions[name].only or ())} may enter it."
         for name, robot in closed
     ]
-
-
-def _too_many(mission: Mission) -> list[str]:
-    """Name counts that ask for more robots than there are."""
-    robots = len(mission.agents)
-    found: list[str] = []
-    for node in mission.written.nodes():
-        if node.bound is not None:
-            sign, number = node.bound
-            if number + (sign == ">") > robots and sign in (">=", ">", "=="):
-                found.append(f"`{node}` asks for more robots than the mission has: {robots}.")
-    return list(dict.fromkeys(found))
 
 
 def _too_small(

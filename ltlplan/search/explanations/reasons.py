@@ -14,6 +14,7 @@ import numpy as np
 from ltlplan.logic.automaton import DEAD, representative_letters
 from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.logic.product_automaton import Task
+from ltlplan.search.explanations.count_laws import no_word
 from ltlplan.search.explanations.inquiry import Inquiry, all_of, eventually, satisfiable
 from ltlplan.search.explanations.relaxed_systems import (
     leaving_at_once,
@@ -126,13 +127,7 @@ def _overlapping(inquiry: Inquiry, core: list[Formula]) -> list[str]:
 
 def _contradiction(inquiry: Inquiry, core: list[Formula]) -> list[str]:
     """Say whether not even robots that can show every letter at every time could do it."""
-    if inquiry.mission.spec.trace == "infinite":
-        from ltlplan.logic.small_automata import small_automaton
-
-        possible = bool(small_automaton(all_of(core), "infinite").accepting)
-    else:
-        possible = satisfiable(core, representative_letters(conjunct_automata(all_of(core), "finite")))
-    return [] if possible else ["Whatever robots do, no word satisfies this."]
+    return [sentence for sentence in [no_word(inquiry.mission, core)] if sentence]
 
 
 def _apart(inquiry: Inquiry, core: list[Formula]) -> list[str]:
