@@ -15,6 +15,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ltlplan.allocation import Known
+from ltlplan.logic.budget import DEFAULT_BUDGET, Budget
 from ltlplan.paths.costs import with_flown_times
 from ltlplan.planner import with_pace
 from ltlplan.replanning.alternatives import candidates, no_flight
@@ -51,7 +53,12 @@ _FITTINGS = 3
 
 
 def certified_team(
-    made: Plan, *, margin: float | None = None, progress: Progress | None = None, effort: Effort = "full"
+    made: Plan,
+    *,
+    margin: float | None = None,
+    progress: Progress | None = None,
+    effort: Effort = "full",
+    budget: Budget = DEFAULT_BUDGET,
 ) -> Certified:
     """Refine a plan until its trajectories are certified.
 
@@ -60,6 +67,7 @@ def certified_team(
         margin: Margin to prove, in m, instead of the mission's.
         progress: Told a sentence and the share done, 0 to 1.
         effort: How hard fastest flights are looked for, as `refine.refine` takes it.
+        budget: Bounds on the searches for other plans.
 
     Raises:
         BadInput: The plan or its mission is not sound.
@@ -69,7 +77,7 @@ def certified_team(
     refused: list[Flight | Conflict] = []
     first = candidate = Candidate(check_plan(made))
     certified = None
-    for candidate in candidates(first, refused):
+    for candidate in candidates(first, refused, budget):
         step = min(candidate.rounds, MAX_ROUNDS - 1) / MAX_ROUNDS  # more rounds are rare
         found = attempted(candidate, margin=margin, progress=part_of(progress, step, step + 1 / MAX_ROUNDS), effort=effort)
         certified = candidate.better_of(found)
@@ -152,20 +160,22 @@ def _with_parts(made: Plan, team: Mapping[str, Trajectory]) -> Plan:
     return made.noting(said)
 
 
-def _certified(mission: Mission, planned: Callable[..., Plan], progress: Progress) -> Certified:
+def _certified(mission: Mission, planned: Callable[..., Plan], progress: Progress, budget: Budget) -> Certified:
     """Plan, refine and certify; where the margin is fitted, with the margin that the proof of tracking allows, after at most `_FITTINGS` flights.
 
     Args:
         mission: As it was asked.
         planned: Plans a mission.
         progress: Told a sentence and the share done, 0 to 1.
+        budget: Bounds on the searches for other plans.
     """
     fitted = mission.disturbance is not None and mission.disturbance.fitted
     rounds, best, refusal = _FITTINGS if fitted else 1, None, None
     for k in range(rounds):
         say = part_of(progress, k / rounds, (k + 1) / rounds)
         try:
-            done = certified_team(planned(mission, progress=part_of(say, 0.0, 0.36)), progress=part_of(say, 0.36, 1.0))
+            made = planned(mission, progress=part_of(say, 0.0, 0.36))
+            done = certified_team(made, progress=part_of(say, 0.36, 1.0), budget=budget)
             bounds = [claim.bound for claim in done.certificate.claims if claim.name == "tracking"]
             best = done
         except NotCertified as error:
@@ -190,6 +200,7 @@ def run(
     pace: float | str | None = None,
     progress: Progress | None = None,
     workers: Workers | None = None,
+    budget: Budget = DEFAULT_BUDGET,
 ) -> Result:
     """Plan, refine, certify, fly in simulation and, where `out` is given, write all files.
 
@@ -200,6 +211,7 @@ def run(
         pace: Instead of `planner.pace`: a share of the fastest flight, above 0 up to 1, or "nominal".
         progress: Told a sentence and the share done, 0 to 1.
         workers: Who improves robots' paths side by side; None does it here. The bytes do not depend on it.
+        budget: Bounds on the searches for words; a watch in it can end them at the best plan so far.
 
     Raises:
         BadInput: There is no such mission, its file is at fault, or its margin is 0, which leaves no tube to fly in.
@@ -215,7 +227,8 @@ def run(
     flight.require_tube(mission.margin)
     conditions = flight.conditions_of(mission)  # whom nobody knows would not be found before the flight
     target = None if out is None else check_folder(out, files)
-    done = _certified(mission, partial(plan, seed=seed, workers=workers), part_of(progress, 0.0, 0.7))
+    planned = partial(plan, seed=seed, workers=workers, known=Known(budget=budget))
+    done = _certified(mission, planned, part_of(progress, 0.0, 0.7), budget)
     part_of(progress, 0.7, 0.9)("flying in simulation", 0.0)
     done, log = followed(done, attempted, seed=done.plan.seed, conditions=conditions, progress=part_of(progress, 0.7, 0.9))
     result = Result(done.plan.mission, done.plan, done.team, done.certificate, log, done.rounds)

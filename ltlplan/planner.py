@@ -9,13 +9,14 @@ shares only plain data with the checker; whether the plan keeps its word is chec
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from numbers import Real
 from typing import TYPE_CHECKING, SupportsIndex
 
 import numpy as np
 
 from ltlplan.allocation import Allocation, Context, Known, Leg, PlanningMethod
-from ltlplan.logic.budget import Budget
+from ltlplan.logic.budget import DEFAULT_BUDGET, Budget
 from ltlplan.systems.objective import is_counted_by_legs, objective_text
 from ltlplan.systems.touching_points import is_large, words_touch
 from verify.data import BadInput, Infeasible, Mission, Plan, RobotPlan
@@ -72,6 +73,8 @@ def make_plan(
         say("laying the path through the sequence of hoops", 0.2)
         laid = nominal_sequence(mission)
         return plan_of(mission, laid, _improved(mission, laid.paths or {}, rng, say, workers), method=SEQUENCE)
+    known = known or Known()
+    planned = partial(plan_of, budget=known.budget)
     named = mission.planner.method if method is None else method
     if isinstance(named, str) and named in _NO_COUNTS and (count := first_count(mission.written)) is not None:
         raise BadInput(
@@ -81,7 +84,7 @@ def make_plan(
     name = named if isinstance(named, str) else getattr(named, "__name__", type(named).__name__)
 
     def allocation(blocked: frozenset[Leg] = frozenset()) -> Allocation:
-        return _checked(allocate(mission, Context(rng, say, blocked, known or Known())), mission, name)
+        return _checked(allocate(mission, Context(rng, say, blocked, known)), mission, name)
 
     if mission.obstacles:
         from ltlplan.systems.flyable_edges import require_flyable_edges
@@ -94,7 +97,7 @@ def make_plan(
         words = {name: does.word for name, does in first.robots.items()}
         if (first.meetings or not first.precedences) and (wall := open_wall(mission, words)) is not None:
             raise wall
-        return plan_of(mission, first, first.paths, method=name)
+        return planned(mission, first, first.paths, method=name)
     from ltlplan.paths.nominal import lay_path, nominal_paths
     from ltlplan.paths.team_laps import lay_laps
 
@@ -103,17 +106,19 @@ def make_plan(
     laid = nominal_paths(mission, lambda blocked: allocation(blocked) if blocked else first, lay=lay, progress=say)
     paths = laid.paths or {}
     if laps:
-        return plan_of(mission, laid, paths, method=name)
+        return planned(mission, laid, paths, method=name)
     waits = mission.written.counts or bool(laid.meetings)
     if waits and len(mission.agents) > 1 and not mission.hoops:
         from ltlplan.paths.improvement import without_swings
 
         steady = {robot: without_swings(mission, robot, path) for robot, path in paths.items()}
-        return plan_of(mission, laid, steady, method=name)  # refinement gives each robot places of its own
-    return plan_of(mission, laid, _improved(mission, paths, rng, say, workers), method=name)
+        return planned(mission, laid, steady, method=name)  # refinement gives each robot places of its own
+    return planned(mission, laid, _improved(mission, paths, rng, say, workers), method=name)
 
 
-def plan_of(mission: Mission, allocation: Allocation, paths: Mapping[str, RobotPlan], *, method: str) -> Plan:
+def plan_of(
+    mission: Mission, allocation: Allocation, paths: Mapping[str, RobotPlan], *, method: str, budget: Budget = DEFAULT_BUDGET
+) -> Plan:
     """Put a plan together: the only place where one is made.
 
     Args:
@@ -121,6 +126,7 @@ def plan_of(mission: Mission, allocation: Allocation, paths: Mapping[str, RobotP
         allocation: Who does what, with bounds and notes.
         paths: Each robot's path.
         method: Name of the planning method.
+        budget: Of the search, which may have been ended on request.
 
     Raises:
         Infeasible: A path has no finite cost, or lasts longer than a vehicle can stay in the air.
@@ -128,10 +134,9 @@ def plan_of(mission: Mission, allocation: Allocation, paths: Mapping[str, RobotP
     from ltlplan.paths.costs import team_cost
     from ltlplan.paths.flight_times import require_endurance
     from ltlplan.paths.k_best_words import lower_bound
-    from ltlplan.search.watching import notes as stopped
 
     minimised = objective_text(mission)
-    bound = None if allocation.lower_bound is None else lower_bound(mission, budget=_BOUNDING)
+    bound = None if allocation.lower_bound is None else lower_bound(mission, budget=budget.beside(_BOUNDING))
     straight = _by_straight_legs(mission, allocation) if method == "exact" else ()
     costs = [path.cost for path in paths.values()]
     if not np.all(np.isfinite(costs)):
@@ -149,7 +154,7 @@ def plan_of(mission: Mission, allocation: Allocation, paths: Mapping[str, RobotP
         precedences=allocation.precedences,
         meetings=allocation.meetings,
         notes=(
-            *stopped(),
+            *budget.notes,
             *allocation.notes,
             *straight,
             *(f"Precedence: {each.sentence(paths)}." for each in allocation.precedences),

@@ -25,6 +25,7 @@ def command(
     import json as json_text
 
     from flight.storage.folders import check_folder, write_folder
+    from ltlplan.allocation import Known
     from ltlplan.commands.support.progress import progress_bar
     from ltlplan.commands.support.stopped_search import stoppable_search
     from ltlplan.commands.support.terminal import print_json
@@ -35,8 +36,8 @@ def command(
     asked = options.read_mission(mission, sequence=sequence, formula=formula, cost=cost, pace=pace)
     if out is not None:
         check_folder(out, PLAN_FILES)
-    with progress_bar(quiet=json) as progress, stoppable_search():
-        made = plan(asked, seed=seed, progress=progress)
+    with progress_bar(quiet=json) as progress, stoppable_search() as budget:
+        made = plan(asked, seed=seed, progress=progress, known=Known(budget=budget))
     files: tuple[Path, ...] = ()
     if out is not None:
         files = write_folder(out, lambda folder: write_plan_files(made, folder))

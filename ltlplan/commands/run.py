@@ -35,8 +35,8 @@ def command(
 
     asked = options.read_mission(mission, sequence=sequence, formula=formula, cost=cost, margin=margin, pace=pace)
     folder = out or Path("out") / asked.name
-    with processes_for(asked) as workers, progress_bar(quiet=json) as progress, stoppable_search():
-        result = run(asked, folder, seed=seed, progress=progress, workers=workers)
+    with processes_for(asked) as workers, progress_bar(quiet=json) as progress, stoppable_search() as budget:
+        result = run(asked, folder, seed=seed, progress=progress, workers=workers, budget=budget)
     if json:
         print_json(summary_data(result))
     else:

@@ -11,10 +11,10 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from ltlplan.logic.automaton import DEAD
+from ltlplan.logic.budget import DEFAULT_BUDGET, Budget
 from ltlplan.mtac.admissible_heuristic import AdmissibleHeuristic, TeamModel
 from ltlplan.mtac.agent_moves import Key, RobotTask
 from ltlplan.mtac.decomposable_task import States
-from ltlplan.search.watching import is_ended
 from verify.data import BadInput
 from verify.data.progress import Progress
 from verify.data.shapes.region import Hoop
@@ -99,19 +99,25 @@ class BeamSearch:
         self.heuristic = AdmissibleHeuristic(team)
         self.everybody = frozenset(team.starts)
 
-    def search(self, say: Progress) -> BeamNode | None:
-        """Walk on until no walk that is left can be better than the best finished one; None where none was finished."""
+    def search(self, say: Progress, budget: Budget = DEFAULT_BUDGET) -> BeamNode | None:
+        """Walk on until no walk that is left can be better than the best finished one; None where none was finished.
+
+        Args:
+            say: Receives a sentence and the share done, 0 to 1.
+            budget: Where its watch asks for an end, the best finished walk so far is taken.
+        """
         idle = {robot: self.cost(robot, RobotTask(where)) for robot, where in self.starts.items()}
         first = BeamNode(frozenset({self.reader.initial}), costs=idle)
         beam = [replace(first, score=self.score(idle, 0.0))]
-        best: BeamNode | None = None
+        best, walked = None, 0
         for step in range(MAX_ROUNDS):
+            walked += len(beam)
             for one in beam:
                 best = min((node for node in (best, *self.finished(one)) if node is not None), key=_score, default=None)
             bound = math.inf if best is None else best.score
             beam = self.next_beam([one for one in beam if one.score < bound], bound)
             say(f"MTAC-E: {step + 1} visits shared", min(0.9, 0.1 + 0.1 * step))
-            if not beam or (best is not None and is_ended()):
+            if not beam or (best is not None and budget.is_ended(walked)):
                 break
         return best
 

@@ -28,6 +28,7 @@ from dataclasses import dataclass, replace
 from numpy.random import Generator
 
 from ltlplan.allocation import Allocation, Context, Itinerary
+from ltlplan.logic.budget import DEFAULT_BUDGET, Budget
 from ltlplan.mtac.admissible_heuristic import TeamModel
 from ltlplan.mtac.agent_moves import RobotTask, World
 from ltlplan.mtac.beam_search import BeamSearch, Options
@@ -98,10 +99,13 @@ def mtac_e(mission: Mission, context: Context, *, options: Options | None = None
         if counted is None:
             return _exact(mission, context)
         return counted if mission.written.counts else _without_waits(mission, context, counted)
-    found = None if context.blocked else share_tasks(mission, rng=context.rng, progress=context.progress, options=chosen)
+    budget = context.known.budget
+    found = None
+    if not context.blocked:
+        found = share_tasks(mission, rng=context.rng, progress=context.progress, options=chosen, budget=budget)
     if found is None:
         return _exact(mission, context)
-    known = best_known(mission, least=found.least) if chosen.optimality_gap else None
+    known = best_known(mission, least=found.least, beside=budget) if chosen.optimality_gap else None
     exact = None if known is None or found.least is None else known.exact
     if exact is not None and exact.cost < straight_cost(mission, found.robots) - TIES:
         found = _by_exact_words(mission, exact, found.prices, found.cost, found.least) or found
@@ -133,7 +137,7 @@ def _without_waits(mission: Mission, context: Context, waiting: Allocation) -> A
 
     A robot that is waited for flies the path that was planned together with the others'; the paths of words without waits are improved.
     """
-    known = best_known(mission, least=waiting.lower_bound or 0.0)
+    known = best_known(mission, least=waiting.lower_bound or 0.0, beside=context.known.budget)
     paths = PricedPaths(mission, int(context.rng.integers(2**63)))
     other = _by_exact_words(mission, known.exact, paths, waiting.cost - TIES)
     if other is None:
@@ -154,7 +158,12 @@ def _allocation(found: Shared, known: BestKnown | None) -> Allocation:
 
 
 def share_tasks(
-    mission: Mission, *, rng: Generator, progress: Progress = silent, options: Options | None = None
+    mission: Mission,
+    *,
+    rng: Generator,
+    progress: Progress = silent,
+    options: Options | None = None,
+    budget: Budget = DEFAULT_BUDGET,
 ) -> Shared | None:
     """Search the team automaton as `mtac_e` does, or share many tasks in tours, and return what was found.
 
@@ -163,6 +172,7 @@ def share_tasks(
         rng: Source of every draw.
         progress: Told a sentence and the share done, 0 to 1.
         options: How to search.
+        budget: Where its watch asks for an end, the best walk so far is taken.
 
     Returns:
         None where the beam finished no words.
@@ -195,7 +205,7 @@ def share_tasks(
         )
 
     team = TeamModel(world, reader, starts, straight_line_costs(mission))
-    best = BeamSearch(team, price=price, holds=holds, options=chosen).search(progress)
+    best = BeamSearch(team, price=price, holds=holds, options=chosen).search(progress, budget)
     if best is None:
         return None
     tasks = {robot: best.tasks.get(robot, RobotTask(where)) for robot, where in starts.items()}

@@ -79,12 +79,13 @@ class BestKnown:
         return f"{costs}, and none costs less than {bound:.3f}: a gap of at most {most:.1f} %."
 
 
-def best_known(mission: Mission, *, least: float | None = None) -> BestKnown:
+def best_known(mission: Mission, *, least: float | None = None, beside: Budget = DEFAULT_BUDGET) -> BestKnown:
     """Ask the exact search for the best assignment; where costs are not counted leg by leg, only for a bound.
 
     Args:
         mission: What is asked.
         least: Of many tasks: no assignment costs less by straight lines. The exact search is asked for a few states only then.
+        beside: Budget of the search beside which this is asked.
 
     Raises:
         Unsatisfiable: There is no exact assignment.
@@ -93,6 +94,7 @@ def best_known(mission: Mission, *, least: float | None = None) -> BestKnown:
     budget = DEFAULT_BUDGET
     if least is not None:
         budget = Budget(states=max(1, _STATES_FOR_MANY * 64 // max(8, len(conjunct_automata(mission.formula, "finite"))) ** 2))
+    budget = beside.beside(budget)
     if not is_counted_by_legs(mission):
         from ltlplan.paths.k_best_words import lower_bound
 

@@ -81,7 +81,8 @@ def online_mtac_e(mission: Mission, context: Context) -> Allocation:
             flown[name].see(pilot, mission)
             flown[name].points.append(point_of(desired.flat[0, :3, j]))
         if desired.finished:
-            return _allocation(mission, flown, team, now, switched)
+            said = [f"Online MTAC-E flew {now:.1f} s of simulated time until the formula was satisfied.", *switched]
+            return _allocation(mission, context, flown, team, said)
     raise Infeasible(f"Online MTAC-E did not satisfy the formula within {LONGEST:.0f} s of simulated flight.")
 
 
@@ -143,20 +144,17 @@ def _direction(hoop: Hoop, points: Floats) -> Direction | None:
     return "F" if along[0] < 0.0 else "R"
 
 
-def _allocation(
-    mission: Mission, flown: dict[str, _Flown], team: OnlineTeam, seconds: float, switched: list[str]
-) -> Allocation:
+def _allocation(mission: Mission, context: Context, flown: dict[str, _Flown], team: OnlineTeam, notes: list[str]) -> Allocation:
     words = {name: Word(tuple(team.word(name))) for name in mission.agents}
     plans: dict[str, RobotPlan] = {}
     robots: dict[str, Itinerary] = {}
-    notes = [f"Online MTAC-E flew {seconds:.1f} s of simulated time until the formula was satisfied.", *switched]
     for name, track in flown.items():
         # where no regions overlap, it was in the middle of each
         stops = track.log.stops if team.world.overlaps else tuple(range(len(track.log.visits)))
         plan, note = _robot_plan(mission, name, track, Itinerary(track.sided(mission), words[name], stops=stops))
         plans[name], robots[name] = plan, Itinerary(plan.visits, plan.word, plan.cycle_visit, plan.cost, stops)
         notes += note
-    known = best_known(mission)
+    known = best_known(mission, beside=context.known.budget)
     cost = team_cost(mission, [plan.cost for plan in plans.values()])
     return Allocation(robots=robots, cost=cost, paths=plans, lower_bound=known.bound, notes=(*notes, known.gap(robots)))
 

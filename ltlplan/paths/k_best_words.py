@@ -85,7 +85,7 @@ def exact(mission: Mission, context: Context) -> Allocation:
     costs = [team_cost(mission, [path.cost for path in paths.values()]) for paths in flown]
     best, paths = last[costs.index(min(costs))], flown[costs.index(min(costs))]
     robots = {name: replace(does, cost=paths[name].cost) for name, does in best.robots.items()}
-    bound = lower_bound(mission) if prices.bounded else None
+    bound = lower_bound(mission, budget=context.known.budget.beside(DEFAULT_BUDGET)) if prices.bounded else None
     notes = (*best.notes, *_said(mission, len(priced), bounded=prices.bounded))
     return Allocation(robots=robots, cost=min(costs), paths=paths, lower_bound=bound, notes=notes)
 
@@ -99,10 +99,10 @@ def _planned_together(mission: Mission, context: Context, by_metres: Allocation)
     prices, shut, found = _Prices(mission), _Shut(context.blocked), [by_metres]
     for cost, metre in ((least_costs(mission), least_rates(mission)), (expected_costs(mission), weighted_metres(mission))):
         context.progress("pricing words by their paths", 0.05 + 0.1 * len(found))
-        if (other := shut.cheapest(mission, cost, metre)) is not None:
+        if (other := shut.within_reach(mission, cost, metre, context)) is not None:
             found.append(replace(other, lower_bound=None, complete=False))
     best = min(found, key=prices.of)
-    bound = lower_bound(mission) if prices.bounded else None
+    bound = lower_bound(mission, budget=context.known.budget.beside(DEFAULT_BUDGET)) if prices.bounded else None
     said = [*_said(mission, len({_key(each) for each in found}), bounded=prices.bounded)]
     if prices.bounded and bound is None:
         said[1:] = ["No bound on costs is known."]
@@ -126,7 +126,7 @@ def _priced_where_touched(mission: Mission, context: Context, by_metres: Allocat
     prices, legs, metre = _Prices(mission), _legs_between_edges(mission), weighted_metres(mission)
     price, best, least, complete = prices.of(by_metres), by_metres, 0.0, False
     budget, touched = context.known.budget, _touched(mission)
-    known = replace(context.known, budget=replace(budget, states=max(1, budget.states // len(mission.agents) ** 2)))
+    known = replace(context.known, budget=budget.of(max(1, budget.states // len(mission.agents) ** 2)))
 
     def solve(shut: _Shut) -> Iterator[tuple[float, Allocation]]:
         found = shut.cheapest(mission, legs, metre, known)
@@ -231,7 +231,7 @@ def _compared(mission: Mission, context: Context, prices: _Prices, first: Alloca
             yield prices.of(first), first
         for cost in costs if len(keys) < _PRICED else ():
             context.progress("pricing words by their paths", 0.05 + 0.1 * len(spaces.searched) / _BRANCHES)
-            other = shut.cheapest(mission, cost, metre)
+            other = shut.within_reach(mission, cost, metre, context)
             if other is not None and _key(other) not in keys and not (other.meetings or other.precedences):
                 keys.add(_key(other))
                 allocation = Allocation(robots=other.robots, cost=other.cost, notes=other.notes)
@@ -258,16 +258,22 @@ class _Shut:
     def forbids(self, leg: Leg) -> bool:
         return leg in self.legs or leg[0] in self.grounded
 
-    def cheapest(
-        self, mission: Mission, cost: Cost, metre: Mapping[str, float], known: Known | None = None
-    ) -> Allocation | None:
-        """Return the assignment that costs least without what is shut; None where there is none, or the search is too large: with bounds that are `known` this raises."""
+    def within_reach(self, mission: Mission, cost: Cost, metre: Mapping[str, float], context: Context) -> Allocation | None:
+        """Return the assignment that costs least without what is shut; None where there is none, or the search for it is too large."""
+        with contextlib.suppress(TooLarge):
+            return self.cheapest(mission, cost, metre, Known(budget=context.known.budget.beside(DEFAULT_BUDGET)))
+        return None
+
+    def cheapest(self, mission: Mission, cost: Cost, metre: Mapping[str, float], known: Known) -> Allocation | None:
+        """Return the assignment that costs least without what is shut; None where there is none.
+
+        Raises:
+            TooLarge: The search for it is too large.
+        """
+        dear = shutting(cost, self.forbids)
         try:
-            whole, dear = known or Known(), shutting(cost, self.forbids)
-            found = assign(mission, cost=dear, metre=metre, budget=whole.budget, capacities=whole.capacities)
-        except (TooLarge, Infeasible, Unsatisfiable) as error:
-            if known and isinstance(error, TooLarge):
-                raise
+            found = assign(mission, cost=dear, metre=metre, budget=known.budget, capacities=known.capacities)
+        except (Infeasible, Unsatisfiable):
             return None
         return None if any(map(self.forbids, found.legs(mission))) else found
 

@@ -13,6 +13,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 
+from ltlplan.logic.budget import DEFAULT_BUDGET, Budget
 from ltlplan.paths.costs import for_mission
 from ltlplan.replanning.checked_plan import paced, plan_or_none
 from ltlplan.replanning.conflict_alternatives import fewer_in_a_region, no_other_words, without_a_leg_in_conflict
@@ -42,7 +43,7 @@ Alternative = Callable[[Refusal], Candidate | None]
 """From a refusal to the next candidate; None where the alternative has none, or does not apply."""
 
 
-def candidates(first: Candidate, refused: Iterable[Flight | Conflict]) -> Iterator[Candidate]:
+def candidates(first: Candidate, refused: Iterable[Flight | Conflict], budget: Budget = DEFAULT_BUDGET) -> Iterator[Candidate]:
     """Yield a plan, then what follows from each refusal; lazily, and the same for the same plan, cuts and refusals.
 
     The stream ends where nothing is left to try. That proves nothing of the mission, as some cuts were only tried: the bound of a plan whose
@@ -51,11 +52,12 @@ def candidates(first: Candidate, refused: Iterable[Flight | Conflict]) -> Iterat
     Args:
         first: The mission's plan, or a stored candidate to go on from.
         refused: What became of each candidate so far; it may grow while the stream is read.
+        budget: Bounds on the searches for other plans.
     """
     candidate: Candidate | None = first
     yield first
     for found in refused:
-        refusal, best = Refusal.of(first, found), first.better_of(found)
+        refusal, best = Refusal.of(first, found, budget), first.better_of(found)
         answers = (alternative(refusal) for alternative in _ALTERNATIVES[refusal.reason])
         candidate = next((answer for answer in answers if answer is not None), None)
         if candidate is None:
@@ -87,7 +89,7 @@ def _as_fast_as_may_be(refusal: Refusal) -> Candidate | None:
 
 def _shared_by_nominal_times(refusal: Refusal) -> Candidate | None:
     """Return another plan, which keeps endurances at nominal times too: planning counted on faster flights than were found."""
-    other = None if refusal.tried.since("sharing") else _at_nominal_times(refusal.plan)
+    other = None if refusal.tried.since("sharing") else _at_nominal_times(refusal)
     return None if other is None or other.robots == refusal.plan.robots else refusal.answered("sharing", other, anew=True)
 
 
@@ -96,16 +98,17 @@ def _flown_at_nominal_times(refusal: Refusal) -> Candidate | None:
     mission, tried = refusal.plan.mission, refusal.tried.pace == "nominal" or not isinstance(refusal.found, Flight)
     if tried or all(mission.pace_of(name) == "nominal" for name in mission.agents):
         return None
-    other = _at_nominal_times(refusal.plan)
+    other = _at_nominal_times(refusal)
     if other is None or (refusal.impossible and other.words == refusal.plan.words):
         return None
     note = "No faster flight was certified: the plan's own times are flown."
     return refusal.answered("tracking", other.noting(note), anew=True)
 
 
-def _at_nominal_times(made: Plan) -> Plan | None:
+def _at_nominal_times(refusal: Refusal) -> Plan | None:
     """Return a plan's mission planned at nominal times; None where there is no such plan."""
-    other = plan_or_none(paced(made.mission, "nominal", made.mission.agents), method=made.method)
+    made = refusal.plan
+    other = plan_or_none(paced(made.mission, "nominal", made.mission.agents), method=made.method, known=refusal.known)
     return None if other is None else for_mission(other, made.mission).model_copy(update={"lower_bound": made.lower_bound})
 
 
@@ -138,11 +141,11 @@ def _planned_order(refusal: Refusal) -> Candidate | None:
     if not refusal.breaks_formula:
         return None
     if refusal.impossible:
-        return refusal.answered("order", words_under_precedences(refusal.plan), proved=True)
+        return refusal.answered("order", words_under_precedences(refusal), proved=True)
     try:
         plan = with_planned_waits(refusal.plan)
     except Unsatisfiable:
-        plan = words_under_precedences(refusal.plan)
+        plan = words_under_precedences(refusal)
     return refusal.answered("order", plan)
 
 

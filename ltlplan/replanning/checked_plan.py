@@ -141,7 +141,7 @@ def plan(
     if mission.soft_parts and mission.passages is None:
         from ltlplan.replanning.soft_parts import plan_with_soft_parts
 
-        return plan_with_soft_parts(mission, partial(plan, method=method, seed=seed), progress or silent)
+        return plan_with_soft_parts(mission, partial(plan, method=method, seed=seed), progress or silent, known)
     made_at = partial(_made, partial(make_plan, method=method, seed=seed, progress=progress, workers=workers, known=known))
     try:
         made = made_at(mission)

@@ -135,7 +135,7 @@ def _with_fewer(refusal: Refusal, witness: Witness) -> Iterator[Candidate | None
         found = sum(ends if all(robot.ends_in == region for robot in close) else visits)
         most = min(found, capacities.get(region, found)) - 1
         if most >= 1:
-            known = Known(budget=_COUNTED, capacities={**capacities, region: most})
+            known = Known(budget=refusal.budget.beside(_COUNTED), capacities={**capacities, region: most})
             yield _answered(
                 refusal, "capacity", plan_or_none(made.mission, method=made.method, known=known), capacity=(region, most)
             )
@@ -157,7 +157,8 @@ def _shared_regions(made: Plan, witness: Witness) -> list[str]:
 def _without_a_leg(refusal: Refusal, witness: Witness) -> Iterator[Candidate | None]:
     """Yield plans that do without a leg of the robots in conflict, the cheapest one first."""
     made, mission, candidate = refusal.plan, refusal.plan.mission, refusal.tried
-    known = Known(budget=_COUNTED if mission.written.counts else _BUDGET, capacities=candidate.capacities)
+    budget = refusal.budget.beside(_COUNTED if mission.written.counts else _BUDGET)
+    known = Known(budget=budget, capacities=candidate.capacities)
 
     spaces = (candidate.legs | legs for legs in _legs(made, witness))
     for _, _, shut, other in plans_without(mission, spaces, searches=_LEGS, known=known):

@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
+from ltlplan.allocation import Known
+from ltlplan.logic.budget import DEFAULT_BUDGET, Budget
 from ltlplan.paths.costs import with_expected_times
 from ltlplan.replanning.cuts import Candidate, Conflict, Cut, CutKind, Flight
 from ltlplan.replanning.timing.timetable import Relaxation, relaxation_of
@@ -29,26 +31,34 @@ class Refusal:
     Attributes:
         tried: The candidate, with the notes on its flight; `rounds` counts this one.
         found: Its flight, or the conflict that left none.
+        budget: Bounds on the searches for other plans.
     """
 
     tried: Candidate
     found: Flight | Conflict
+    budget: Budget = DEFAULT_BUDGET
 
     @classmethod
-    def of(cls, candidate: Candidate, found: Flight | Conflict) -> Refusal:
+    def of(cls, candidate: Candidate, found: Flight | Conflict, budget: Budget = DEFAULT_BUDGET) -> Refusal:
         """Return what became of a candidate.
 
         Args:
             candidate: What was refined.
             found: Its flight, or the conflict that left none.
+            budget: Bounds on the searches for other plans.
         """
         plan = with_expected_times(found.plan, found.team) if isinstance(found, Flight) else candidate.plan
-        return cls(replace(candidate, plan=plan, rounds=candidate.rounds + 1), found)
+        return cls(replace(candidate, plan=plan, rounds=candidate.rounds + 1), found, budget)
 
     @property
     def plan(self) -> Plan:
         """The plan that was refined."""
         return self.tried.plan
+
+    @property
+    def known(self) -> Known:
+        """Bounds on the searches for other plans, as planning takes them."""
+        return Known(budget=self.budget)
 
     @property
     def soft(self) -> Sequence[SoftClaim]:

@@ -12,7 +12,7 @@ import itertools
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator
 
-from ltlplan.allocation import Leg
+from ltlplan.allocation import Known, Leg
 from ltlplan.planner import SEQUENCE
 from ltlplan.replanning.checked_plan import legs_of, plan, plan_or_none, plans_without
 from ltlplan.replanning.cuts import Candidate, less_wished
@@ -58,7 +58,7 @@ def other_words(refusal: Refusal) -> Candidate | None:
     asks = _loses_some(refusal) if certified else _may_be_planned(refusal) and not tried.given_up
     if not asks or tried.since("words", "legs"):
         return None
-    return refusal.answered("words", words_under_precedences(refusal.plan), anew=not certified)
+    return refusal.answered("words", words_under_precedences(refusal), anew=not certified)
 
 
 def without_a_leg(refusal: Refusal) -> Candidate | None:
@@ -79,7 +79,7 @@ def without_a_leg(refusal: Refusal) -> Candidate | None:
     held = {index for index, part in enumerate(judged) if part.outcome == "holds"}
     for parts in asked_again(made, held):
         witnesses = [part.witness for index, part in enumerate(judged) if index in parts - held and part.witness is not None]
-        found = words_without(made, parts, tried.legs, witnesses)
+        found = words_without(made, parts, tried.legs, witnesses, known=refusal.known)
         if found is not None:
             return refusal.answered("legs", found.solution, anew=anew, legs=found.space)
     return None
@@ -98,7 +98,7 @@ def fewer_soft_parts(refusal: Refusal) -> Candidate | None:
     fewer = next(iter(less_wished(made.mission, parts)[len(before) :]), None)
     if fewer is None:
         return None
-    other = plan(fewer, method=made.method)
+    other = plan(fewer, method=made.method, known=refusal.known)
     lost = " and ".join(part_text(part) for part in made.mission.soft_parts if part not in fewer.soft_parts)
     notes = (
         *other.notes,
@@ -109,19 +109,20 @@ def fewer_soft_parts(refusal: Refusal) -> Candidate | None:
     return refusal.answered("soft part", other, anew=True, parts=parts)
 
 
-def words_under_precedences(made: Plan) -> Plan | None:
+def words_under_precedences(refusal: Refusal) -> Plan | None:
     """Return a plan whose words hold under precedences, and keep what a plan's words keep.
 
     Args:
-        made: A plan whose words hold in every order of whole words and in no flight, or lose a soft part.
+        refusal: Of a plan whose words hold in every order of whole words and in no flight, or lose a soft part.
 
     Returns:
         None where there are no such words, or no others.
     """
-    mission, soft = made.mission, bool(made.mission.soft_parts)
+    made, mission, soft = refusal.plan, refusal.plan.mission, bool(refusal.plan.mission.soft_parts)
     if made.method == SEQUENCE or (soft and (mission.spec.trace == "infinite" or len(made.robots) < 2)):
         return None
-    other = plan_or_none(asking(mission, _meant(made)) if soft else mission, method=under_precedences)
+    asked = asking(mission, _meant(made)) if soft else mission
+    other = plan_or_none(asked, method=under_precedences, known=refusal.known)
     if other is None:
         return None
     if not soft:
@@ -177,6 +178,8 @@ def words_without(
     parts: Collection[int],
     shut: frozenset[Leg],
     witnesses: Iterable[Witness] = (),
+    *,
+    known: Known | None = None,
 ) -> Member[frozenset[Leg], Plan] | None:
     """Return the cheapest plan that keeps the formula and some soft parts by words that do without one of a plan's legs.
 
@@ -185,6 +188,7 @@ def words_without(
         parts: The soft parts, by index.
         shut: Legs that have to be done without anyway.
         witnesses: What breaks the soft parts in that flight.
+        known: Bounds on the searches.
 
     Returns:
         The plan, and the legs that it does without; None where there are no such words.
@@ -195,7 +199,7 @@ def words_without(
     legs = [frozenset({leg}) for leg in sorted({leg for name in made.robots for leg in legs_of(made, name)}, key=str)]
     for several in (regions, legs):
         spaces = (shut | those for those in several if those)
-        found = plans_without(asked, spaces, searches=_SHUT)
+        found = plans_without(asked, spaces, searches=_SHUT, known=known)
         if (other := next((each for each in found if each.solution.words != made.words), None)) is not None:
             return other._replace(solution=_reworded(made, other.solution, _WHY))
     return None

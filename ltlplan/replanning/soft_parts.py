@@ -12,10 +12,11 @@ import contextlib
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 from ltlplan.allocation import Allocation, Known, key_of
-from ltlplan.logic.budget import DEFAULT_BUDGET, TooLarge
+from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.search.exact import assign
 from ltlplan.search.explanations.max_weight_subset import Kept, MostWeight, Parts
 from verify.data import Infeasible, Mission, Plan, Unsatisfiable, Word
@@ -41,15 +42,16 @@ class Searches:
 
     Args:
         mission: Whose parts.
+        beside: Budget of the search for the plan.
 
     Attributes:
         budget: Of a search in full.
         stopped: The sets whose least cost is not known.
     """
 
-    def __init__(self, mission: Mission) -> None:
+    def __init__(self, mission: Mission, beside: Budget) -> None:
         team = mission.spec.team
-        self.budget = replace(DEFAULT_BUDGET, states=_STATES[team], courses=_COURSES[team])
+        self.budget = beside.beside(Budget(states=_STATES[team], courses=_COURSES[team]))
         self.stopped: set[Parts] = set()
         self._mission = mission
         self._found: dict[Parts, tuple[Allocation, bool]] = {}  # and whether it was searched for in full
@@ -64,7 +66,7 @@ class Searches:
             TooLarge: A budget was used up before any plan was found.
         """
         share = min(1 << len(self.stopped), _LEAST)
-        budget = replace(self.budget, states=self.budget.states // share)
+        budget = self.budget.of(self.budget.states // share)
         try:
             found = assign(asking(self._mission, parts), budget=budget, explained=False)
         except (Unsatisfiable, Infeasible):
@@ -104,49 +106,51 @@ def asking(mission: Mission, parts: Parts) -> Mission:
     return mission.asking(asked[0] if len(asked) == 1 else " & ".join(f"({text})" for text in asked))
 
 
-def plan_with_soft_parts(mission: Mission, planned: Planner, progress: Progress = silent) -> Plan:
+def plan_with_soft_parts(mission: Mission, planned: Planner, progress: Progress = silent, known: Known | None = None) -> Plan:
     """Plan a mission so that the most weight of its soft parts is kept.
 
     Args:
         mission: With soft parts.
         planned: Plans a mission without soft parts, given what searches found before.
         progress: Told a sentence and the share done, 0 to 1.
+        known: Carries the budget.
 
     Raises:
         Unsatisfiable: Not even the formula can be kept.
         Infeasible: A word exists, but no way between the hoops was found.
     """
     progress("choosing among soft parts", 0.0)
-    searches = Searches(mission)
+    budget = (known or Known()).budget
+    searches = Searches(mission, budget)
     choices = MostWeight([part.weight for part in mission.soft_parts], searches.cost_of)
     best = choices.choose()
     if best is None:  # whoever plans the formula alone says why it cannot be kept, or finds out what was too large here
         best = Kept(frozenset(), math.inf, certain=False)
     if best.certain and searches.stopped - {best.parts}:  # what these cost at the least is not known
         best = replace(best, certain=False)
-    made = _planned(mission, best.parts, searches, planned, part_of(progress, 0.2, 1.0))
+    made = _planned(mission, best.parts, searches, partial(planned, progress=part_of(progress, 0.2, 1.0)), budget)
     kept = best.parts if is_timed(mission, made.meetings) else kept_by_plan(mission, made)
     notes = (*made.notes, *_said(mission, kept, best, choices))
     return made.model_copy(update={"mission": made.mission.model_copy(update={"spec": mission.spec}), "notes": notes})
 
 
-def _planned(mission: Mission, parts: Parts, searches: Searches, planned: Planner, progress: Progress) -> Plan:
+def _planned(mission: Mission, parts: Parts, searches: Searches, planned: Planner, budget: Budget) -> Plan:
     """Plan so that some parts are kept; those that the formula's cheapest words keep anyway are demanded only if they are lost then."""
     demanded, known = parts, list(searches.found_for(parts))
     if parts:
         with contextlib.suppress(TooLarge):  # without them; with them it was not
             plain = asking(mission, frozenset())
-            found = assign(plain)
+            found = assign(plain, budget=budget)
             known.append((plain, found))
             words = {name: does.word for name, does in found.robots.items()}
             demanded = (
                 parts if found.precedences or is_timed(mission, found.meetings) else parts - kept_by_words(mission, words)
             )
     found_before = {key_of(asked): allocation for asked, allocation in known}
-    given = Known(found=found_before, budget=searches.budget if parts else DEFAULT_BUDGET)
-    made = planned(asking(mission, demanded), progress=progress, known=given)
+    given = Known(found=found_before, budget=searches.budget if parts else budget)
+    made = planned(asking(mission, demanded), known=given)
     if demanded != parts and (is_timed(mission, made.meetings) or not parts <= kept_by_plan(mission, made)):
-        made = planned(asking(mission, parts), progress=progress, known=given)
+        made = planned(asking(mission, parts), known=given)
     return made
 
 

@@ -1,7 +1,7 @@
 """Exact task assignment: the cheapest words that satisfy the formula, or why there are none.
 
 Read `exact` (the door, which lists what is tried for a `problem` and answers with `itineraries`), then the one search:
-`label_setting`, and `team_reading` (what it asks of each reading of a team, whose states `numbering` numbers, and whose answers `memoization` keeps; `watching` tells how far it is, and may end it); `lawler` goes on to the next
+`label_setting`, and `team_reading` (what it asks of each reading of a team, whose states `numbering` numbers, and whose answers `memoization` keeps); `lawler` goes on to the next
 cheapest answers. Each reading has a folder, with `planning` and `reading` in it:
 `own` (each robot's word by itself) and `joint` (all robots together) follow robots one after another (`sequential_reading`) and look for
 plans that hold in every order of them (`team_planning`); where the highest cost counts, many tasks are shared in `tours`. `counting` counts robots, `orders` puts events in order, and `cycles` are

@@ -12,18 +12,20 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from types import MappingProxyType
 
 from ltlplan.allocation import Allocation, Context, Leg, PlanningMethod, key_of
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
 from ltlplan.search.endurance import require_endurance
 from ltlplan.search.problem import NoWords, Problem
-from ltlplan.search.watching import bounds_told
 from ltlplan.systems.robot_systems import Systems, unit_cost
 from ltlplan.systems.transition_systems import Cost, Point
 from verify.data import Infeasible, Mission, Unsatisfiable, Word
 
 _NO_PRECEDENCES = "No words satisfy the formula under any precedences between the robots' events."
+_COMPARED = Budget(states=50_000)
+"""Of searches for what missions cost that ask for less than one without a plan."""
 SHUT = 1e5
 """m; longer than any plan, so that a shut leg is taken only where no word does without."""
 
@@ -54,7 +56,7 @@ def assign(
         Infeasible: No way to share it brings all back before a vehicle's endurance ends.
         TooLarge: A budget was used up before an answer was found.
     """
-    problem = Problem(mission, budget, cost, metre, capacities, _cheapest, _no_plan)
+    problem = Problem(mission, budget, cost, metre, capacities, partial(_cheapest, budget), _no_plan)
     return _first_planned(problem, _tries(problem), explained=explained)
 
 
@@ -125,10 +127,10 @@ def _under_precedences(problem: Problem) -> Allocation:
     return found
 
 
-def _cheapest(mission: Mission) -> float | None:
+def _cheapest(beside: Budget, mission: Mission) -> float | None:
     """Return what the cheapest plan costs; None where there is none."""
     try:
-        return assign(mission, budget=Budget(states=50_000), explained=False).cost
+        return assign(mission, budget=beside.beside(_COMPARED), explained=False).cost
     except (Unsatisfiable, Infeasible):
         return None
 
@@ -153,11 +155,16 @@ def exact(mission: Mission, context: Context) -> Allocation:
         TooLarge: A budget was used up before an answer was found.
     """
     context.progress("searching words and robots", 0.05)
-    known = None if context.blocked else context.known.found.get(key_of(mission))
-    if known is not None:
-        return known
-    with bounds_told(context.progress, 0.05, unit_cost(mission)) if not context.blocked else contextlib.nullcontext():
+    if context.blocked:
         return _assigned(mission, context)
+    known, unit = context.known, unit_cost(mission)
+
+    def report(explored: int, bound: float) -> None:
+        context.progress(f"searching: {explored:,} states, no words cost less than {bound * unit:.3f}", 0.05)
+
+    found = known.found.get(key_of(mission))
+    budget = replace(known.budget, report=report)
+    return _assigned(mission, replace(context, known=replace(known, budget=budget))) if found is None else found
 
 
 def under_precedences(mission: Mission, context: Context) -> Allocation:
@@ -179,7 +186,7 @@ def under_precedences(mission: Mission, context: Context) -> Allocation:
 def _assigned(mission: Mission, context: Context, *, ordered: bool = False) -> Allocation:
     """Return the cheapest allocation without the legs that are blocked, if there is one, within what is known."""
     known, cost = context.known, shutting(Systems(mission).leg, context.blocked.__contains__) if context.blocked else None
-    problem = Problem(mission, known.budget, cost, None, known.capacities, _cheapest, _no_plan)
+    problem = Problem(mission, known.budget, cost, None, known.capacities, partial(_cheapest, known.budget), _no_plan)
     found = _first_planned(problem, (_under_precedences,) if ordered else _tries(problem))
     return found if cost is None else in_units_of(mission, found)
 

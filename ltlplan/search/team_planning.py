@@ -25,7 +25,6 @@ from ltlplan.search.problem import TIES, NoWords, Problem
 from ltlplan.search.reduced_graph import ReducedGraph, Team, staying
 from ltlplan.search.sequential_reading import Objective, SequentialReading
 from ltlplan.search.team_reading import Found, least_highest, least_sum
-from ltlplan.search.watching import ended_after
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Unsatisfiable
 
@@ -157,7 +156,7 @@ def plan_team(task: TeamTask, budget: Budget, objective: Objective = Objective()
     if first is not None and first.run is not None:
         if first.run.cost <= first.bound + TIES:
             return first
-        budget = replace(budget, states=max(1, budget.states // robots**2))  # each of which has as many ways on
+        budget = budget.of(max(1, budget.states // robots**2))  # each of which has as many ways on
     found = _least_within(task, budget, objective, told=True)
     if found.stopped is None:
         beyond = None if found.run is not None or objective.most is None else _least_sum(task, budget).run
@@ -184,7 +183,7 @@ def least_in_one_order(task: TeamTask, budget: Budget) -> TeamRun | None:
         TooLarge: The budget of states was used up.
     """
     reading = task.reading((), Objective())
-    found = least_sum(reading, budget.states)
+    found = least_sum(reading, budget)
     if found.stopped is not None:
         raise _shortage(found)
     return _run_of(reading, found)
@@ -201,19 +200,18 @@ def _least_sum(task: TeamTask, budget: Budget, *, told: bool = False) -> Plannin
     Raises:
         TooLarge: The budget was used up before any plan was found.
     """
-    budget = replace(budget, states=max(1, budget.states // task.share))
-    search = partial(least_sum, most=budget.states, candidates=budget.candidates, told=told)
-    first = None if task.alike else partial(least_sum, most=max(1, budget.states // _FEW), candidates=budget.candidates)
+    budget = budget.of(max(1, budget.states // task.share))
+    search = partial(least_sum, budget=budget, told=told)
+    first = None if task.alike else partial(least_sum, budget=budget.of(max(1, budget.states // _FEW)))
     found = _refined(task, search, Objective(), first=first)
     if found.stopped is None:
         return found
-    left = replace(budget, states=ended_after(budget.states))
-    return _any_run(task, found, found.stopped, left)
+    return _any_run(task, found, found.stopped, budget.rest())
 
 
 def _least_within(task: TeamTask, budget: Budget, objective: Objective, *, told: bool = False) -> PlanningOutcome:
     """Return the best plan whose robots are within their limits, for a tenth of the budget of states."""
-    search = partial(least_highest, most=max(1, budget.states // 10), candidates=budget.candidates, told=told)
+    search = partial(least_highest, budget=budget.of(max(1, budget.states // 10)), told=told)
     return _refined(task, search, objective)
 
 
@@ -285,7 +283,7 @@ def _any_run(task: TeamTask, found: PlanningOutcome, stopped: TooLarge, budget: 
     def cheapest(
         flying: Collection[int], most: int, weight: float = 1.0, tracked: Collection[int] = (), *, alike: bool = True
     ) -> list[TeamRun]:
-        search = partial(least_sum, most=most, candidates=budget.candidates, weight=weight)
+        search = partial(least_sum, budget=budget.of(most), weight=weight)
         flown = task if len(flying) == len(robots) else task.flown_by(flying)
         among = _refined(flown, search, Objective(), tracked, alike=alike)
         return [] if among.run is None else [among.run]

@@ -11,8 +11,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Literal
 
+from ltlplan.logic.budget import EVERY, Budget
 from ltlplan.search.label_setting import BestFirst, Costs, Label, ParetoSearch
-from ltlplan.search.watching import EVERY, look
 
 UNREACHABLE = float("inf")
 _COMPLETE = 1 << 62  # taken off the number of a state at which a plan is complete: of equal bounds these come first
@@ -113,24 +113,16 @@ class Found:
     total: float = UNREACHABLE
 
 
-def least_sum(
-    reading: TeamReading,
-    most: int,
-    *,
-    candidates: int | None = None,
-    weight: float = 1.0,
-    told: bool = False,
-) -> Found:
+def least_sum(reading: TeamReading, budget: Budget, *, weight: float = 1.0, told: bool = False) -> Found:
     """Return the plan with the least sum of costs (A*).
 
     Args:
         reading: What is asked of the team.
-        most: States that may be gone on with.
-        candidates: Complete plans that may be looked at.
+        budget: States that may be gone on with, and complete plans that may be looked at.
         weight: How much what is left counts; with more than 1 any plan is found sooner, and nothing is known of the least sum.
         told: Whether its bound holds for the mission as a whole, so that it can be told.
     """
-    begin = reading.begin()
+    begin, most = reading.begin(), budget.states
     if begin is None:
         return Found()
     steps, bound_of = reading.steps, reading.left
@@ -147,7 +139,7 @@ def least_sum(
         known = bound if weight == 1.0 else 0.0
         if state >= _LOWEST:
             explored += 1
-            if explored > most or (explored % EVERY == 0 and look(explored, known if told else None)):
+            if explored > most or (explored % EVERY == 0 and budget.ends(explored, known if told else None)):
                 return Found(known, tried, explored, len(search.costs), "states")
             continue
         tried += 1
@@ -155,16 +147,15 @@ def least_sum(
             reached = sum(1 for other in search.costs if other >= _LOWEST)
             states = tuple(search.path(state)[:-1])
             return Found(cost if weight == 1.0 else known, tried, explored, reached, None, states, (), cost, cost)
-        if candidates is not None and tried >= candidates:
+        if tried >= budget.candidates:
             return Found(known, tried, explored, len(search.costs), "candidates")
     return Found(UNREACHABLE, tried, explored, len(search.costs))
 
 
 def least_highest(
     reading: PaidApart,
-    most: int,
+    budget: Budget,
     *,
-    candidates: int | None = None,
     below: float = UNREACHABLE,
     rounding: float = 0.0,
     told: bool = False,
@@ -173,8 +164,7 @@ def least_highest(
 
     Args:
         reading: What is asked of the team.
-        most: Labels that may be gone on with.
-        candidates: Complete plans that may be looked at.
+        budget: Labels that may be gone on with, and complete plans that may be looked at.
         below: The objective is to be less.
         rounding: By how much costs may differ and count as equal.
         told: Whether its bound holds for the mission as a whole, so that it can be told.
@@ -191,7 +181,7 @@ def least_highest(
                 if rank[0] < below:
                     yield Label(after, paid, total, rank, label, step)
 
-    nothing = reading.nothing_paid()
+    nothing, most = reading.nothing_paid(), budget.states
     search = ParetoSearch([Label(begin, nothing, 0.0, reading.rank(begin, nothing, 0.0))], successors, rounding=rounding)
     tried = explored = 0
     for label in search:
@@ -205,7 +195,7 @@ def least_highest(
                 return Found(bound, tried, explored, search.reached, None, states, steps, bound, label.total)
             continue
         explored += 1
-        enough = explored > most or (explored % EVERY == 0 and look(explored, bound if told else None))
-        if enough or (candidates is not None and tried > candidates):
+        enough = explored > most or (explored % EVERY == 0 and budget.ends(explored, bound if told else None))
+        if enough or tried > budget.candidates:
             return Found(bound, tried, explored, search.reached, "states" if enough else "candidates")
     return Found(UNREACHABLE, tried, explored, search.reached)

@@ -10,7 +10,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from ltlplan.search.watching import watched
+from ltlplan.logic.budget import watched
 from ltlplan.service.execution.serialization import from_bytes
 from ltlplan.service.execution.stages import Outcome
 from ltlplan.service.execution.stop_requests import is_asked

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property
@@ -25,7 +25,7 @@ from functools import cached_property
 import numpy as np
 from numpy.random import Generator
 
-from ltlplan.allocation import Allocation, Context, Itinerary
+from ltlplan.allocation import Allocation, Context, Itinerary, Known
 from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.logic.conjunction import conjunct_automaton, conjuncts
@@ -83,7 +83,7 @@ def share_counted(mission: Mission, context: Context) -> Allocation | None:
         None where no plan was found in which robots wait in regions only; the exact method then says more.
     """
     context.progress("MTAC-E: who is where, by numbers of robots", 0.1)
-    counted = _Counted(mission, context.known.capacities)
+    counted = _Counted(mission, context.known)
     found = [plan for plan in (counted.whole(), counted.in_parts(context.rng)) if plan is not None]
     context.progress("MTAC-E: pricing parts by their paths", 0.5)
     taken = [
@@ -97,15 +97,15 @@ def share_counted(mission: Mission, context: Context) -> Allocation | None:
 class _Counted:
     """A mission's robots, and its conjuncts."""
 
-    def __init__(self, mission: Mission, capacities: Mapping[str, int]) -> None:
-        problem = Problem(mission)
+    def __init__(self, mission: Mission, known: Known) -> None:
+        problem, self._budget = Problem(mission), known.budget
         self.mission, self._systems, self.systems = mission, problem.systems, problem.each
         self._asked = tuple(dict.fromkeys(conjuncts(problem.asked)))
         self._atoms = {text: atom for part in self._asked for text, atom in atoms(part).items()}
         self._alike = tuple(interchangeable(mission).values())
         named = {atom.robot for atom in self._atoms.values()}  # robots of one key may take each other's parts
         self.kinds = [f"{mission.alike_as(name)} {name if name in named else ''}" for name in mission.agents]
-        self._rooms = small_rooms(mission, self.systems, capacities)
+        self._rooms = small_rooms(mission, self.systems, known.capacities)
         self._prices: dict[tuple[str, Itinerary], float] = {}
         self.longest = mission.planner.objective == "longest"
         self._least = 0.0
@@ -140,9 +140,8 @@ class _Counted:
     def _planned(self, parts: Sequence[Formula], states: int) -> CountedPlan | None:
         automata: list[Automaton] = [conjunct_automaton(part) for part in parts]
         with suppress(TooLarge):
-            return plan_counts(
-                self.systems, self._alike, Marks(automata, self._atoms), Budget(states=states), rooms=self._rooms
-            )
+            budget = self._budget.beside(Budget(states=states))
+            return plan_counts(self.systems, self._alike, Marks(automata, self._atoms), budget, rooms=self._rooms)
         return None
 
     def price(self, robot: int, path: tuple[int, ...]) -> float:

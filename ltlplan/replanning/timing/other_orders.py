@@ -33,7 +33,7 @@ def shared_for_time(refusal: Refusal) -> Candidate | None:
     made, mission = refusal.plan, refusal.plan.mission
     if refusal.holds or refusal.tried.since("visits"):
         return None
-    other = plan_or_none(_quick(mission), method=made.method)
+    other = plan_or_none(_quick(mission), method=made.method, known=refusal.known)
     if other is None or _waypoints(other) == _waypoints(made) or late_by_straight_ways(other):
         return None
     note = "Shared so that the robot that flies longest flies least: the cheapest plan's flight was not in time."
@@ -50,7 +50,7 @@ def in_another_order(refusal: Refusal) -> Candidate | None:
     before = tried.since("visits")
     if refusal.holds or not mission.timed_parts or len(before) >= _ORDERS or mission.spec.trace == "infinite":
         return None
-    make, last = partial(plan, method=made.method), before[-1].order if before else ""
+    make, last = partial(plan, method=made.method, known=refusal.known), before[-1].order if before else ""
     if last and refusal.relaxation.total < _NEARLY and [cut.order for cut in before].count(last) == 1:
         other = plan_in_order(_quick(mission), parse_formula(last), make)
         if other is not None and _waypoints(other) != _waypoints(made):

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
-from ltlplan.logic.budget import Budget, TooLarge
+from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
 from ltlplan.search.bounds.goal_cover import GoalCover
 from ltlplan.search.counting.capacities import most_that_show
 from ltlplan.search.counting.classes import Classes
@@ -61,10 +61,11 @@ class CourseSearch:
 
     Args:
         classes: The team's abilities.
+        budget: Carries the watch; each search says how many states it may look at.
     """
 
-    def __init__(self, classes: Classes) -> None:
-        self.classes, self._cover = classes, GoalCover(classes)
+    def __init__(self, classes: Classes, budget: Budget = DEFAULT_BUDGET) -> None:
+        self.classes, self._cover, self._budget = classes, GoalCover(classes), budget
 
     def cheapest(self, states: int) -> Searched:
         """Return the course with the least sum, or any where the states do not suffice for that.
@@ -72,10 +73,10 @@ class CourseSearch:
         Args:
             states: That may be looked at, for each half of the tries.
         """
-        most, searched = states // 2, Searched(None, 0.0, 0)
+        budget, searched = self._budget.of(states // 2), Searched(None, 0.0, 0)
         for weight in (1.0, *(_WEIGHTS if self.classes.crowds else _WEIGHTS[-1:])):
             reading = CountReading(self.classes, self._cover)
-            found = least_sum(reading, most, weight=weight)
+            found = least_sum(reading, budget, weight=weight)
             used = None if found.stopped is None else found.explored
             searched = Searched(reading.course(found), max(searched.bound, found.bound), reading.reached, used)
             if used is None:
@@ -88,7 +89,7 @@ class CourseSearch:
         Args:
             states: That may be looked at.
         """
-        found = least_sum(CountReading(self.classes, self._cover), states, weight=_WEIGHTS[-1])
+        found = least_sum(CountReading(self.classes, self._cover), self._budget.of(states), weight=_WEIGHTS[-1])
         return found.stopped is not None or bool(found.states)
 
     def least(self, *, longest: bool = False) -> float:
@@ -111,12 +112,12 @@ class CourseSearch:
             below: The highest cost is to be less.
             states: That may be looked at, for each course that is found.
         """
-        reading = CountReading(self.classes, self._cover, below=below - _TIES)
-        found = least_highest(reading, states)
+        reading, budget = CountReading(self.classes, self._cover, below=below - _TIES), self._budget.of(states)
+        found = least_highest(reading, budget)
         best, bound, exhausted = reading.course(found, starts), min(below, found.bound), found.stopped is None
         while not exhausted:
             reading = CountReading(self.classes, self._cover, below=below - _TIES, greed=_GREED)
-            better = reading.course(least_highest(reading, states), starts)
+            better = reading.course(least_highest(reading, budget), starts)
             exhausted = better is None
             best, below = (best, below) if better is None else (better, better.cost)
         return Searched(best, bound, reading.reached)
@@ -151,7 +152,7 @@ def plan_counts(
 
     def planned(within: Rooms = _ANYWHERE, states: int = budget.states, *, skips: bool = False) -> CountedPlan | None:
         team = CountedTeam(tuple(systems), tuple(kinds), marks, within, skips, longest)
-        return _Planning(team, min(budget.states, states), small if skips else None).cheapest()
+        return _Planning(team, budget.of(min(budget.states, states)), small if skips else None).cheapest()
 
     anywhere = None
     with suppress(TooLarge):
@@ -161,7 +162,7 @@ def plan_counts(
     if small:
         roomy = CountedTeam(tuple(systems), tuple(kinds), roomy_marks(systems, marks, small), _ANYWHERE, skips=True)
         teams = (TeamClasses(roomy, stays=stays).made() for stays in (False, True))
-        if not any(CourseSearch(team).may_exist(budget.states) for team in teams):
+        if not any(CourseSearch(team, budget).may_exist(budget.states) for team in teams):
             return None  # even if robots could rest anywhere
     for passing, states in _IN_ROOMS if small else ():
         with suppress(TooLarge):
@@ -195,12 +196,12 @@ class _Planning:
 
     Args:
         team: The robots, and the formula.
-        states: That a search may look at.
+        budget: Bound on the states that a search may look at.
         within: The number of robots that small regions hold, where cheaper plans with robots that stay are taken; None where they are not.
     """
 
-    def __init__(self, team: CountedTeam, states: int, within: Mapping[str, int] | None) -> None:
-        self._team, self._states, self._within = team, states, within
+    def __init__(self, team: CountedTeam, budget: Budget, within: Mapping[str, int] | None) -> None:
+        self._team, self._budget, self._states, self._within = team, budget, budget.states, within
         self._made = {stays: TeamClasses(team, stays=stays) for stays in (False, True)}
 
     def cheapest(self) -> CountedPlan | None:
@@ -211,7 +212,7 @@ class _Planning:
         """
         for needs_stays in (False, True):
             classes = self._made[needs_stays]
-            searched = CourseSearch(classes.made()).cheapest(self._states)
+            searched = CourseSearch(classes.made(), self._budget).cheapest(self._states)
             if searched.used is not None:
                 raise TooLarge("The search for who is where needs", searched.used, "states", max(1, self._states // 2))
             if searched.course is not None:
@@ -232,7 +233,7 @@ class _Planning:
             if longest and not apart:
                 continue  # what robots pay is not known
             classes = self._made[stays].distinguished() if apart else self._made[stays]
-            search = CourseSearch(classes.made())
+            search = CourseSearch(classes.made(), self._budget)
             if longest:
                 moves = max(1, sum(map(len, search.classes.moves)))
                 searched = search.least_highest(tuple(classes.start), best.cost, max(_MOVES_HIGHEST // moves, _FEW_HIGHEST))

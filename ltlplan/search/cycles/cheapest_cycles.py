@@ -203,7 +203,7 @@ class _Searches:
     def __init__(self, mission: Mission, budget: Budget, effort: Effort) -> None:
         self._mission, self._effort = mission, effort
         self.most_places = budget.lasso if effort.hasty else min(MOST_PLACES, budget.lasso)
-        self._most = min(MOST_WAYS, budget.states) if effort.hasty else min(MOST_WAYS, budget.states // 50)
+        self._budget = budget.of(min(MOST_WAYS, budget.states if effort.hasty else budget.states // 50))
         self.expanded = 0
 
     def within_reach(self, system: TeamSystem, readers: Sequence[Reader], below: float) -> _Answer | None:
@@ -231,6 +231,6 @@ class _Searches:
         apart = [home and are_apart(mission, system.systems, nodes) for home, nodes in homes]
         terms = Terms(mission.spec.repeat, apart, self._effort.at_once, _HASTE if self._effort.hasty else 1.0)
         reading = CycleReading(system, places, terms)
-        found = least_highest(reading, self._most - self.expanded, below=below, rounding=_ROUNDING)
+        found = least_highest(reading, self._budget.of(self._budget.states - self.expanded), below=below, rounding=_ROUNDING)
         self.expanded += found.explored
         return _Answer(found, reading, below)

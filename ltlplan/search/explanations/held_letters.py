@@ -11,7 +11,7 @@ from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 
 from ltlplan.logic.automaton import DEAD
-from ltlplan.logic.budget import TooLarge
+from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.logic.conjunct_automata import bits
 from ltlplan.logic.conjunction import conjunct_automata, conjuncts
 from ltlplan.search.counting.counting_propositions import Marks
@@ -25,8 +25,8 @@ from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Formula, Mission
 from verify.data.language.word import show_letter
 
-_STATES = 4_000
-"""States of the search for a single interleaving."""
+_BUDGET = Budget(states=4_000)
+"""Of the search for a single interleaving."""
 
 
 def held_letter(
@@ -46,7 +46,7 @@ def held_letter(
     owned = [(part, own) for part in dict.fromkeys(conjuncts(asked)) for own in conjunct_automata(part, "finite")]
     marks = Marks([automaton for _, automaton in owned], {})
     letters = _LetterReading(systems, marks)
-    path = [letters.places.known[state] for state in least_sum(letters, _STATES).states]
+    path = [letters.places.known[state] for state in least_sum(letters, _BUDGET).states]
     if not path:
         return []
     words, order = words_and_order(marks, systems, steps_along([nodes for nodes, _, _ in path]))

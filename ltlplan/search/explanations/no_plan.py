@@ -20,8 +20,8 @@ from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Formula, Word
 
 _JOINT_BUDGET = Budget(states=50_000)
-_STATES = 1_500
-"""States of each search for precedences while it is found out which parts of a formula cannot hold together."""
+_BUDGET = Budget(states=1_500)
+"""Of each search for precedences while it is found out which parts of a formula cannot hold together."""
 
 
 def no_plan(problem: Problem, refused: Sequence[tuple[str, Word]]) -> NoPlan:
@@ -35,12 +35,10 @@ def no_plan(problem: Problem, refused: Sequence[tuple[str, Word]]) -> NoPlan:
 
     def possible(parts: Sequence[Formula], worlds: Sequence[TransitionSystem]) -> bool:
         automata = conjunct_automata(all_of(parts), "finite")
-        if (
-            least_in_one_order((JointTask if joint else OwnTask)(worlds, automata), _JOINT_BUDGET if joint else BUDGET)
-            is not None
-        ):
+        task = (JointTask if joint else OwnTask)(worlds, automata)
+        if least_in_one_order(task, problem.budget.beside(_JOINT_BUDGET if joint else BUDGET)) is not None:
             return True
-        return len(worlds) > 1 and OrderedTeam(worlds, Marks(automata, {}), joint=joint).is_possible(_STATES)
+        return len(worlds) > 1 and OrderedTeam(worlds, Marks(automata, {}), joint=joint).is_possible(_BUDGET)
 
     error = refused_in_some_order(mission, refused) if refused else explain(mission, problem.systems, each, possible)
     if problem.several and not joint:

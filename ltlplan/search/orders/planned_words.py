@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from dataclasses import replace
 
-from ltlplan.logic.budget import TooLarge
+from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.search.counting.counting_propositions import Marks
 from ltlplan.search.orders.event_names import event_names
@@ -73,7 +73,8 @@ def precedences_for(plan: Plan) -> tuple[Precedence, ...] | None:
         broken = [index for index in range(len(automata)) if words.breaking(index)]
         flying = frozenset[int]().union(*map(words.robots, broken))
         some = [own if robot in flying else replace(staying(own), final=None) for robot, own in enumerate(known)]
-        found = OrderedTeam(some, Marks([automata[index] for index in broken], counted), joint=joint).cheapest(MOST_STATES)
+        team = OrderedTeam(some, Marks([automata[index] for index in broken], counted), joint=joint)
+        found = team.cheapest(Budget(states=MOST_STATES))
     except (TooLarge, Infeasible):
         return None
     if found is None:

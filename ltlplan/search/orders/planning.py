@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from ltlplan.allocation import Allocation
-from ltlplan.logic.budget import TooLarge
+from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.search.counting.counting_propositions import Marks
 from ltlplan.search.label_setting import distances
 from ltlplan.search.orders.event_names import Event, Names
@@ -56,10 +56,10 @@ def plan(problem: Problem) -> Allocation | None:
         Infeasible: There are such words, but their precedences cannot be said of visits and their actions.
         TooLarge: The budget was used up; nothing is known.
     """
-    budget = problem.budget
-    most = min(MOST_STATES, budget.states // 50 if budget.courses is None else budget.courses)
+    whole = problem.budget
+    budget = whole.of(min(MOST_STATES, whole.states // 50 if whole.courses is None else whole.courses))
     team = OrderedTeam(problem.each, Marks(problem.automata, problem.known), joint=problem.mission.spec.team == "joint")
-    found = team.cheapest(most)
+    found = team.cheapest(budget)
     if found is None:
         return None
 
@@ -73,7 +73,7 @@ def plan(problem: Problem) -> Allocation | None:
         f"the formula. The search reached {found.reached:,} states of all robots together."
     ]
     if problem.longest:
-        better, least = team.of_least_highest(most, max(costs(found)) - TIES)
+        better, least = team.of_least_highest(budget, max(costs(found)) - TIES)
         found, least = better or found, max(0.0, least - TIES)  # what breaks ties counts in `least`
         total = max(costs(found))
     complete = total <= least + 3 * TIES
@@ -98,43 +98,43 @@ class OrderedTeam:
         self._systems, self._marks, self._reading = systems, marks, Reading(marks, joint=joint)
         self._shown = shown_by(marks, systems)
 
-    def is_possible(self, most: int) -> bool:
+    def is_possible(self, budget: Budget) -> bool:
         """Tell whether there are words all of whose team words satisfy the formula under some precedences.
 
         Raises:
             TooLarge: The budget was used up; nothing is known.
         """
-        return self._may_be_possible(most) and self._events(self._systems).cheapest(most) is not None
+        return self._may_be_possible(budget) and self._events(self._systems).cheapest(budget) is not None
 
     def _events(self, systems: Sequence[TransitionSystem]) -> EventReading:
         """Return the reading of these robots, or of ones that may end in fewer places."""
         return EventReading(systems, self._shown, self._reading)
 
-    def _may_be_possible(self, most: int) -> bool:
+    def _may_be_possible(self, budget: Budget) -> bool:
         """Tell whether smaller systems that can do more can do it; True where that takes too long to find out."""
         merged = [alike_merged(s, own, self._reading.is_idle) for s, own in zip(self._systems, self._shown, strict=True)]
         small, shown = [system for system, _ in merged], [own for _, own in merged]
         if not self._reading.some_word(shown):
             return False
         try:
-            return EventReading(small, shown, self._reading).cheapest(most // _SHARE) is not None
+            return EventReading(small, shown, self._reading).cheapest(budget.of(budget.states // _SHARE)) is not None
         except TooLarge:
             return True
 
-    def cheapest(self, most: int) -> OrderedPlan | None:
+    def cheapest(self, budget: Budget) -> OrderedPlan | None:
         """Return a plan with the least sum whose team words all satisfy the formula under some precedences; None where there is none.
 
         Raises:
             TooLarge: The budget was used up; nothing is known.
             Infeasible: There is such a plan, but its precedences cannot be said of visits and their actions.
         """
-        if not self._may_be_possible(most):
+        if not self._may_be_possible(budget):
             return None
-        course = self._events(self._systems).cheapest(most)
+        course = self._events(self._systems).cheapest(budget)
         found = course and self._ordered(course)
         if course is None or found is not None:
             return found
-        course = self._events([_leaving_after_actions(system) for system in self._systems]).cheapest(most)
+        course = self._events([_leaving_after_actions(system) for system in self._systems]).cheapest(budget)
         found = course and self._ordered(course)
         if found is None:
             raise Infeasible(
@@ -143,9 +143,9 @@ class OrderedTeam:
             )
         return found
 
-    def of_least_highest(self, most: int, below: float) -> tuple[OrderedPlan | None, float]:
+    def of_least_highest(self, budget: Budget, below: float) -> tuple[OrderedPlan | None, float]:
         """Return a plan whose robot with the highest cost pays less than a limit, if one is found, and what that is at the least in all."""
-        course, bound = self._events(self._systems).of_least_highest(most, below)
+        course, bound = self._events(self._systems).of_least_highest(budget, below)
         return course and self._ordered(course), min(bound, below)
 
     def _ordered(self, course: Course) -> OrderedPlan | None:

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from operator import add
 
-from ltlplan.logic.budget import TooLarge
+from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.search.counting.counting_propositions import Marks
 from ltlplan.search.label_setting import Costs, Label
 from ltlplan.search.numbering import Numbers
@@ -55,32 +55,32 @@ class EventReading(PaidApart):
         self._systems, self._shown, self._reading = systems, shown, reading
         self._places: Numbers[Place] = Numbers()
 
-    def cheapest(self, most: int) -> Course | None:
+    def cheapest(self, budget: Budget) -> Course | None:
         """Return a cheapest course, or None where there is none.
 
         Args:
-            most: States that may be expanded.
+            budget: Bound on the states that may be expanded.
 
         Raises:
             TooLarge: The budget was used up; nothing is known.
         """
-        found = least_sum(self, most)
+        found = least_sum(self, budget)
         if found.stopped is not None:
             hint = "Simplify the formula, or use fewer robots."
-            raise TooLarge("Whether precedences between robots help takes", found.explored, "states", most, hint)
+            raise TooLarge("Whether precedences between robots help takes", found.explored, "states", budget.states, hint)
         return self._course(found)
 
-    def of_least_highest(self, most: int, below: float) -> tuple[Course | None, float]:
+    def of_least_highest(self, budget: Budget, below: float) -> tuple[Course | None, float]:
         """Return a course whose robot with the highest cost pays least, if that is below a limit.
 
         Args:
-            most: Paths to states that may be gone on with.
+            budget: Bound on the paths to states that may be gone on with.
             below: The highest cost is to be less.
 
         Returns:
             None where no such course was found; and a lower bound on the highest cost, where that is below the limit.
         """
-        found = least_highest(self, most, below=below, rounding=_ROUNDING)
+        found = least_highest(self, budget, below=below, rounding=_ROUNDING)
         return self._course(found), found.bound
 
     def begin(self) -> int | None:

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ltlplan.search.watching import watched
+from ltlplan.logic.budget import Budget, watched
 from ltlplan.service.execution.derived import KINDS, derive
 from ltlplan.service.execution.serialization import from_bytes, to_bytes
 from ltlplan.service.execution.stop_requests import is_asked
@@ -93,7 +93,7 @@ def run_stage(name: str, value: bytes, progress: Progress) -> Outcome:
     known = from_bytes(value)
     progress(f"{name} begins", share_before(name))
     with watched(is_asked) as watch:
-        made = stage(known, progress)
+        made = stage(known, progress, Budget(watch=watch))
     return replace(made, stopped=watch.states is not None)
 
 
@@ -119,12 +119,13 @@ def plan_of(value: bytes) -> Plan:
     return found if isinstance(found, Plan) else found.plan
 
 
-def _plan(mission: Mission, progress: Progress) -> Outcome:
+def _plan(mission: Mission, progress: Progress, budget: Budget) -> Outcome:
     from ltlplan import pipeline
+    from ltlplan.allocation import Known
     from ltlplan.report.summary import plan_lines
     from ltlplan.report.summary import visits_text as visits
 
-    made = pipeline.plan(mission, progress=part_of(progress, 0.0, _PLANNED))
+    made = pipeline.plan(mission, progress=part_of(progress, 0.0, _PLANNED), known=Known(budget=budget))
     found: dict[str, Any] = {
         "words": {name: str(word) for name, word in made.words.items()},
         "visits": {name: visits(robot) for name, robot in made.robots.items()},
@@ -138,7 +139,7 @@ def _plan(mission: Mission, progress: Progress) -> Outcome:
     return Outcome(to_bytes(pipeline.Candidate(made)), found, f"{ROUND} 1")
 
 
-def _round(first: Candidate, progress: Progress) -> Outcome:
+def _round(first: Candidate, progress: Progress, budget: Budget) -> Outcome:
     from ltlplan.pipeline import Conflict, Flight, attempted, candidates, no_flight
     from ltlplan.service.views.watching import NAME, watch_json
 
@@ -146,7 +147,7 @@ def _round(first: Candidate, progress: Progress) -> Outcome:
     say = part_of(progress, low + number * width, low + (number + 1) * width)
     refused: list[Flight | Conflict] = []
     candidate, tried = first, None
-    for candidate in candidates(first, refused):  # other words, until a flight can be checked
+    for candidate in candidates(first, refused, budget):  # other words, until a flight can be checked
         if isinstance(tried, Flight):
             waits = [wait.sentence(candidate.plan.robots) for wait in candidate.plan.precedences]
             found = {**_round_data(tried.certificate, certified=False), "precedences": waits}
@@ -177,7 +178,7 @@ def _round_data(certificate: Certificate, *, certified: bool) -> dict[str, Any]:
     }
 
 
-def _flight(certified: Any, progress: Progress) -> Outcome:  # a Certified; the pipeline is loaded by then
+def _flight(certified: Any, progress: Progress, _budget: Budget) -> Outcome:  # a Certified; the pipeline is loaded by then
     from flight.conditions import conditions_of
     from ltlplan.following import followed
     from ltlplan.pipeline import attempted
@@ -200,7 +201,7 @@ def _flight(certified: Any, progress: Progress) -> Outcome:  # a Certified; the 
     return Outcome(to_bytes((certified, log)), found, FILES)
 
 
-def _files(flown: Any, progress: Progress) -> Outcome:  # a Certified and its log
+def _files(flown: Any, progress: Progress, _budget: Budget) -> Outcome:  # a Certified and its log
     from ltlplan.output import write_run
     from ltlplan.report.summary import shortfall, summary_data
     from ltlplan.result import Result
@@ -236,7 +237,7 @@ def _proof_data(certificate: Certificate) -> dict[str, Any]:
     }
 
 
-_STAGES: dict[str, Callable[[Any, Progress], Outcome]] = {PLAN: _plan, ROUND: _round, FLIGHT: _flight, FILES: _files}
+_STAGES: dict[str, Callable[[Any, Progress, Budget], Outcome]] = {PLAN: _plan, ROUND: _round, FLIGHT: _flight, FILES: _files}
 
 
 def _claim_data(claim: Claim) -> dict[str, Any]:

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 import ltlplan
-from ltlplan.allocation import Itinerary
+from ltlplan.allocation import Itinerary, Known
+from ltlplan.logic.budget import Budget, watched
 from ltlplan.mtac.admissible_heuristic import TeamModel
 from ltlplan.mtac.agent_moves import RobotTask, World
 from ltlplan.mtac.beam_search import BeamNode, BeamSearch, Options
@@ -253,3 +254,21 @@ def test_one_at_a_time_is_judged_by_unions():
     assert reader.holds_in_every_order({"x": [free, a, free], "y": [free, b, free]})
     # who ends inside a holds it while the other flies through b
     assert not reader.holds_in_every_order({"x": [free, a], "y": [free, b, free]})
+
+
+def test_a_walk_that_is_asked_to_end_takes_its_best_plan_so_far():
+    """One visit far away finishes words before two visits nearby do, which cost less."""
+    places = {"far": (3, -1, 1), "a": (-2, 0, 1), "b": (-2, 1, 1)}
+    mission = small("F far | F (a & F b)", regions=places, agents=[(-2, -1, 1)])
+    best = make_plan(mission, seed=0)
+    with watched(lambda: True) as watch:
+        found = make_plan(mission, seed=0, known=Known(budget=Budget(watch=watch)))
+    assert watch.states
+    assert found.method == "mtac-e"
+    assert found.notes[0] == f"The search was stopped on request after {watch.states} states; a cheaper plan may exist."
+    assert check_team(mission.formula, found.words, team="own").sequential
+    assert [visit.region for visit in found.robots["quad0"].visits] == ["far"]
+    assert [visit.region for visit in best.robots["quad0"].visits] == ["a", "b"]
+    assert best.cost < found.cost
+    with watched(lambda: False) as watch:
+        assert make_plan(mission, seed=0, known=Known(budget=Budget(watch=watch))) == best

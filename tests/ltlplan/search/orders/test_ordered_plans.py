@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import ltlplan
-from ltlplan.logic.budget import TooLarge
+from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.pipeline import certified_team
 from ltlplan.search.counting.counting_propositions import Marks
@@ -98,7 +98,7 @@ def test_what_takes_too_many_states_is_not_called_impossible() -> None:
     with pytest.raises(TooLarge, match="precedences"):
         OrderedTeam(
             [systems.of(name) for name in mission.agents], Marks(conjunct_automata(mission.formula, "finite"), {}), joint=False
-        ).cheapest(5)
+        ).cheapest(Budget(states=5))
 
 
 @few_of(1, "team", ["own", "joint"])

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import itertools
-import re
 from collections.abc import Callable
 
 import numpy as np
 import pytest
 
-from ltlplan.allocation import Context
-from ltlplan.logic.budget import Budget, StoppedEarly, TooLarge
+from ltlplan.allocation import Context, Known
+from ltlplan.logic.budget import EVERY, Budget, StoppedEarly, TooLarge, watched
 from ltlplan.planner import make_plan
-from ltlplan.search import watching
 from ltlplan.search.exact import assign, exact
-from ltlplan.search.watching import EVERY, watched
 from tests.helpers.worlds import world
 from verify import check_team
 
@@ -33,7 +30,7 @@ def test_a_search_that_is_asked_to_end_has_a_plan_and_a_proved_bound(team: str, 
     mission = mission.changed(planner=mission.planner.model_copy(update={"objective": objective}))
     best = assign(mission)
     with watched(after(2)) as watch:
-        found = assign(mission)
+        found = assign(mission, budget=Budget(watch=watch))
     assert watch.states == 2 * EVERY
     words = {name: robot.word for name, robot in found.robots.items()}
     assert check_team(mission.formula, words, team=mission.spec.team).sequential
@@ -46,7 +43,7 @@ def test_a_search_that_is_asked_to_end_has_a_plan_and_a_proved_bound(team: str, 
 def test_a_search_that_nobody_ends_has_the_answer_of_one_that_nobody_watches() -> None:
     mission = world(CHAINS, robots=3, team="joint")
     with watched(lambda: False) as watch:
-        found = assign(mission)
+        found = assign(mission, budget=Budget(watch=watch))
     assert watch.states is None
     assert found == assign(mission)
 
@@ -62,16 +59,18 @@ def test_bounds_that_are_told_hold_and_grow() -> None:
 
 def test_bounds_of_other_questions_are_not_told() -> None:
     """Such as of parts of the team, and of formulas without some of their parts."""
-    told: list[str] = []
-    with watching.bounds_told(lambda sentence, _share: told.append(sentence), 0.0, 1.0), watched(after(1)):
-        assign(world(CHAINS, robots=3))
-    assert all(re.fullmatch(r"searching: 256 states, no words cost less than \d+\.\d{3}", sentence) for sentence in told)
+    told: list[tuple[int, float]] = []
+    with watched(after(1)) as watch:
+        found = assign(world(CHAINS, robots=3), budget=Budget(watch=watch, report=lambda *known: told.append(known)))
+    ((states, bound),) = told
+    assert states == EVERY
+    assert 0.0 < bound <= found.cost
 
 
 def test_the_plan_says_that_its_search_was_stopped() -> None:
     mission = world(CHAINS, robots=3)
-    with watched(after(1)):
-        plan = make_plan(mission, method="exact", seed=1)
+    with watched(after(1)) as watch:
+        plan = make_plan(mission, method="exact", seed=1, known=Known(budget=Budget(watch=watch)))
     assert plan.notes[0] == f"The search was stopped on request after {EVERY} states; a cheaper plan may exist."
     assert not plan.complete
     assert not any("stopped" in note for note in make_plan(mission, method="exact", seed=1).notes)
@@ -85,5 +84,5 @@ def test_a_search_that_is_ended_before_any_plan_says_so() -> None:
 
     with pytest.raises(StoppedEarly, match="after 256 states, before any plan was found"):
         ended_without_a_plan()
-    with pytest.raises(TooLarge, match="more than 5 states"), watched(lambda: False):
-        assign(world(CHAINS, robots=1), budget=Budget(states=5))
+    with pytest.raises(TooLarge, match="more than 5 states"), watched(lambda: False) as watch:
+        assign(world(CHAINS, robots=1), budget=Budget(states=5, watch=watch))
