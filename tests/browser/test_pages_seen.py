@@ -198,7 +198,7 @@ def test_a_hoop_that_moved_is_seen_where_it_was_at_the_time(desk: Desk) -> None:
 
 def test_colours_follow_the_reader(narrow: Narrow, desk: Desk) -> None:
     lightness = "getComputedStyle(document.querySelector('#errors .xtick text')).fill.match(/[0-9]+/g).map(Number)"
-    assert sum(desk("campaign").run(lightness)) < 200 < 500 < sum(narrow("campaign", False).run(lightness))
+    assert sum(desk("report").run(lightness)) < 200 < 500 < sum(narrow("report", False).run(lightness))
 
 
 @pytest.mark.parametrize("name", ["report", *(pytest.param(name, marks=pytest.mark.slow) for name in PAGES[1:])])

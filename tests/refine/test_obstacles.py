@@ -121,11 +121,12 @@ def test_a_wall_with_an_opening_is_passed_through_it_alone(thick: float, opening
     assert np.all(np.hypot(ahead, np.maximum(opening - far, 0.0)) >= NEED - 1e-9)
 
 
-def test_a_plane_parts_a_leg_from_each_grown_part_wherever_they_lie_apart() -> None:
+@few_of(1, "legs_drawn", [16, 40])
+def test_a_plane_parts_a_leg_from_each_grown_part_wherever_they_lie_apart(legs_drawn: int) -> None:
     rng = np.random.default_rng(3)
     mission = walled(CORNER, start=(-2, -2, 1), goal=(2, 2, 1))
     parted = met = 0
-    for _ in range(40):
+    for _ in range(legs_drawn):
         data, holds = random_solid(rng)
         bodies = solid_bodies(mission.model_copy(update={"obstacles": {"a": Obstacle.model_validate(data)}}), 0.15)
         a, b = rng.uniform([-2, -2, 0], [2, 2, 2], (2, 3))
@@ -147,8 +148,8 @@ def test_a_plane_parts_a_leg_from_each_grown_part_wherever_they_lie_apart() -> N
         else:
             met += 1
             assert outside.min() < 5e-3
-    assert parted > 4
-    assert met > 4
+    assert parted > legs_drawn // 10
+    assert met > legs_drawn // 10
 
 
 def test_far_obstacles_change_nothing() -> None:

@@ -84,6 +84,7 @@ def test_what_is_remembered_of_a_flight_names_no_other_robot(monkeypatch: pytest
     assert said == [f"{name}: a faster flight was looked for and not found: {name}: no points." for name in ("one", "other")]
 
 
+@pytest.mark.slow
 def test_a_team_that_no_faster_clock_suits_stays_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
     def never(*_: object) -> None:
         raise Infeasible("No pace keeps the limits.")
@@ -144,7 +145,7 @@ def test_limits_of_a_leg_slow_that_leg_and_not_the_whole() -> None:
     assert lasts(flight) < 0.6 * lasts(refine(everywhere, pace=1))
 
 
-@pytest.mark.parametrize("heading", ["path", (0.0, 0.0, 1.0)])
+@few_of(1, "heading", ["path", (0.0, 0.0, 1.0)])
 def test_yaw_keeps_its_limits_at_the_greatest_pace(heading: Literal["path"] | tuple[float, float, float]) -> None:
     agents = {"q": Agent(start=(-1.5, 0.0, 1.0), heading=heading)}
     mission = room({"a": ball(0, 0.8)}, agents, limits=Limits(yaw_rate_deg=60.0))
@@ -294,7 +295,8 @@ regions:
 """
 
 
-@pytest.mark.parametrize(
+@few_of(
+    1,
     ("world", "start", "spec"),
     [
         (OVERLAPPING, [1.7, -1.0, 1.0], "{formula: F (a & F (b & !a)), trace: finite}"),

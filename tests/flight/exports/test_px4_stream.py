@@ -143,6 +143,7 @@ def test_it_does_not_begin_or_go_on_where_it_must_not(exported, manner, says, fl
         assert vehicles[list(vehicles)[-1]].mode == POSITION, "what a pilot takes over is left to them"
 
 
+@pytest.mark.slow  # what is looked at before is one core, which test_crazyswarm_preflight holds
 def test_all_that_is_wrong_is_said_at_once_and_nothing_is_asked_of_anybody(exported) -> None:
     code, said, vehicles = fly(exported, Manner(off=0.2, armed=False, turned=0.5, estimator=1, battery=0))
     assert code == 1

@@ -14,6 +14,7 @@ import pytest
 
 from tests.helpers.clusters import ROOT, LocalCluster, local_cluster
 from tests.helpers.commands import Command
+from tests.helpers.few import few_of
 from tests.helpers.flights import small_mission
 from verify.data import mission_to_yaml
 
@@ -49,7 +50,7 @@ def test_a_table_tells_what_became_of_each(ltlplan: Command, folder: Path, tmp_p
     assert ltlplan("recheck", "out/missions/good", cwd=tmp_path).returncode == 0
 
 
-@pytest.mark.parametrize("arguments", [("batch", "missions"), ("campaign", "missions/good.yaml", "--runs", "3")])
+@few_of(1, "arguments", [("batch", "missions"), ("campaign", "missions/good.yaml", "--runs", "3")])
 def test_a_cluster_that_is_not_there_is_one_sentence(
     arguments: tuple[str, ...], ltlplan: Command, folder: Path, tmp_path: Path
 ) -> None:

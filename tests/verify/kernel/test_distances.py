@@ -53,7 +53,7 @@ def is_proved(parts: Any, marks: str) -> bool:
 
 
 @few_of(
-    2,
+    1,
     ("seed", "number", "error", "least"),
     [(1, 20, Fraction(0), 2), (1, 60, Fraction(0), 6), (2, 20, Fraction(1, 16), 2), (2, 10, Fraction(1, 16), 1)],
 )

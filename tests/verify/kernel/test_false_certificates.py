@@ -266,7 +266,7 @@ def read_there_and_back(brushes: bool) -> tuple[Any, Any, str]:
 
 
 @pytest.mark.parametrize("brushes", [False, True])
-@few_of(2, "forged", ["n?", "ny", "ni", "no", "i?", "o?", "io", "iy", "oi"])
+@few_of(1, "forged", ["n?", "ny", "ni", "no", "i?", "o?", "io", "iy", "oi"])
 def test_visits_that_are_not_told_apart(brushes: bool, forged: str) -> None:
     """To leave a region for sure and to come back is another visit, whatever a proof leaves open."""
     statement, path, marks = read_there_and_back(brushes)

@@ -235,7 +235,7 @@ def test_edited_proofs_are_refused_or_true(proved):
     plan, team, _certificate, proof = proved("firefighting")
     files = tables(plan, team)
     false = changed(proof.statement, margin=0.3, separation=2.0, clock_error=1.0, robots__quad0__limits__speed=0.1)
-    for _ in range(40):
+    for _ in range(20):
         with suppress(Refused):
             claims = checked(false, edited_text(proof.evidence, rng), files)
             assert {"visits", "separation", "limits.speed"} <= missing(claims)

@@ -93,6 +93,7 @@ with fed(sys.argv[1]) as flight:
 """
 
 
+@pytest.mark.slow
 def test_a_flight_that_hangs_is_not_connected_and_one_that_is_killed_leaves_nothing(served: Served, name: str) -> None:
     flight = subprocess.Popen([sys.executable, "-c", _FLIGHT, f"{served.url}/live/{name}"], stdout=subprocess.PIPE, text=True)
     assert flight.stdout is not None

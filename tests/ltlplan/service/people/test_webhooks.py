@@ -71,7 +71,7 @@ class Receiver:
         self._server.socket = context.wrap_socket(self._server.socket, server_side=True)
         self.trusted = ssl.create_default_context(cafile=str(certificate))
         self.port = self._server.server_port
-        threading.Thread(target=self._server.serve_forever, daemon=True).start()
+        threading.Thread(target=self._server.serve_forever, args=(0.01,), daemon=True).start()
 
     def close(self) -> None:
         self._server.shutdown()

@@ -177,11 +177,11 @@ def _wider(node: Formula, factor: int) -> Formula:
 
 
 @pytest.mark.parametrize("laps", [False, True])
-@few_of(1, "seed", range(2))
-def test_no_clocks_contradict_the_verdict(seed: int, laps: bool) -> None:
-    found = assert_no_clocks_contradict(seed, 60, 5, laps=laps)
-    assert found["holds"] > 3
-    assert found["fails"] > 3
+@few_of(1, ("seed", "count"), [(0, 20), (0, 60), (1, 60)])
+def test_no_clocks_contradict_the_verdict(seed: int, count: int, laps: bool) -> None:
+    found = assert_no_clocks_contradict(seed, count, 5, laps=laps)
+    assert found["holds"] > count // 20
+    assert found["fails"] > count // 20
 
 
 @pytest.mark.slow

@@ -142,13 +142,13 @@ def contradictions(seed: int, formulas: int, flights: int) -> tuple[int, list[st
 
 def test_the_mission_is_kept_by_samples() -> None:
     formula = flown().plan.mission.formula
-    assert all(sampled(formula, Flight(seed))[0] for seed in range(3))
+    assert all(sampled(formula, Flight(seed))[0] for seed in range(2))
 
 
 def test_samples_of_flights_do_not_contradict_the_verdict() -> None:
-    sure, wrong = contradictions(1, 25, 3)
+    sure, wrong = contradictions(1, 10, 2)
     assert wrong == []
-    assert sure > 10
+    assert sure > 4
 
 
 @pytest.mark.slow
