@@ -71,14 +71,16 @@ def _helps_to_pass(plan: Plan, pair: tuple[str, ...], place: NarrowPlace | None)
         return ("starts and ends further apart", *_less(plan))
     if place is None:
         return ("a region to wait in off each other's ways", *_less(plan))
-    rest = "a region beside it in which one of them can wait"
+    rest = f"{'room' if place.borders else 'a region'} beside it in which one of them can wait"
     if place.ending:
         hovers = "hovers" if any(plan.robots[name].still for name in place.ending) else "ends"
         rest = f"an end or a last region elsewhere for {' and '.join(place.ending)}, as it {hovers} there"
         if len(place.ending) > 1:
             rest = f"ends or last regions elsewhere for {' and '.join(place.ending)}"
     door = "a second door" if place.is_door else "a second way past it"
-    return (rest, door, f"{place.needed:.3g} m of width", *(_less(plan) if place.passed_without_margin else ()))
+    borders = " or ".join(f"'{name}'" for name in dict.fromkeys(place.borders))
+    crossed = [f"a formula that lets one of them cross the border of {borders}"] if borders else []
+    return (rest, door, *crossed, f"{place.needed:.3g} m of width", *(_less(plan) if place.passed_without_margin else ()))
 
 
 def _rest_too_near(plan: Plan, pair: tuple[str, ...]) -> bool:

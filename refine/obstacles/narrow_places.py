@@ -1,20 +1,25 @@
 """Narrow places: stretches of planned ways where two robots cannot pass each other, side by side or one above the other.
 
 Around each point of a way lines to both sides, up and down measure the room for a robot's centre. Two robots pass where its diagonal is
-what they keep from each other. Only what is solid counts, and the workspace's walls.
+what they keep from each other. What is solid counts, the workspace's walls, and borders of regions that the formula never lets a robot
+leave, or enter.
 """
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
+from refine.obstacles.keep_out_bodies import grown_region
 from verify.data import Mission, RobotPlan
+from verify.data.language.lasting import lasting_regions
 from verify.data.shapes.inequalities import Point
+from verify.data.shapes.region import Region
 from verify.data.shapes.solid_parts import SolidPart, solid_parts
 from verify.data.validation.spacing import Spacing
 
@@ -41,6 +46,7 @@ class NarrowPlace:
         needed: Width with which two robots pass side by side, m.
         between: Names of what stands on both sides, `WALL` for the workspace's walls.
         ending: Robots that end on it, or never leave it.
+        borders: Regions of `between` whose borders the formula never lets these robots cross.
         passed_without_margin: Whether robots that keep the least separation of their vehicles, and no margin, would pass each other.
     """
 
@@ -50,12 +56,13 @@ class NarrowPlace:
     needed: float
     between: tuple[str, str]
     ending: tuple[str, ...]
+    borders: tuple[str, ...]
     passed_without_margin: bool
 
     @property
     def is_door(self) -> bool:
         """Return whether it is a short gap in something solid."""
-        return self.length <= _DOOR and WALL not in self.between
+        return self.length <= _DOOR and WALL not in self.between and not self.borders
 
     @property
     def sentence(self) -> str:
@@ -82,9 +89,12 @@ def narrow_place(mission: Mission, robots: Sequence[RobotPlan], names: Sequence[
         kept: What they keep.
     """
     radius = max(mission.vehicle_of(name).radius for name in names)
-    rooms = _Rooms(mission, solid_parts(mission.obstacles, mission.hoops), radius + mission.margin, kept)
+    parts = solid_parts(mission.obstacles, mission.hoops)
     ways = [_dense(robot) for robot in robots]
-    measured = [rooms.around(way) for way in ways]
+    borders = [_borders(mission, name) for name in names]
+    measured = [
+        _Rooms(mission, parts, radius + mission.margin, kept, its).around(way) for way, its in zip(ways, borders, strict=True)
+    ]
     (way, found), (other, _) = zip(ways, measured, strict=True)
     narrow = [each.diagonal < kept.at_rest for each in measured]
     if not narrow[1].any():
@@ -93,7 +103,8 @@ def narrow_place(mission: Mission, robots: Sequence[RobotPlan], names: Sequence[
     stretch = _longest(narrow[0] & near)
     if stretch is None:
         return None
-    at = stretch[int(np.argmin(found.across[stretch]))]
+    narrowest = stretch[found.across[stretch] <= found.across[stretch].min() + _RAY]
+    at = narrowest[len(narrowest) // 2]
     length = float(np.linalg.norm(np.diff(way[stretch], axis=0), axis=1).sum())
     ends = [np.linalg.norm(way[stretch] - np.array(robot.waypoints[-1].position), axis=1).min() for robot in robots]
     ending = tuple(name for name, end in zip(names, ends, strict=True) if end <= _STEP)
@@ -102,7 +113,9 @@ def narrow_place(mission: Mission, robots: Sequence[RobotPlan], names: Sequence[
     sides = float(found.sides[at])
     bare = np.hypot(found.across[at] + 2.0 * mission.margin, found.upright[at] + 2.0 * mission.margin * kept.z_scale)
     passed = bool(bare > 2.0 * radius)
-    return NarrowPlace((x, y, z), float(found.across[at]) + sides, length, needed + sides, found.between[at], ending, passed)
+    between = found.between[at]
+    crossed = tuple(border.name for border in borders[0] if border.name in between)
+    return NarrowPlace((x, y, z), float(found.across[at]) + sides, length, needed + sides, between, ending, crossed, passed)
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,11 +141,40 @@ class _Room:
 
 
 @dataclass(frozen=True, slots=True)
+class _Border:
+    """Border of a region that a robot may never leave, or may never enter.
+
+    Attributes:
+        name: The region's.
+        within: How far points are on the side where the robot may be, m. Shape (points, 3) to (points,).
+    """
+
+    name: str
+    within: Callable[[Floats], Floats]
+
+
+def _borders(mission: Mission, robot: str) -> list[_Border]:
+    """Return the borders that a robot never crosses."""
+    regions = mission.all_regions
+    kept = [_Border(name, partial(_depths, regions[name])) for name in sorted(lasting_regions(mission, robot, inside=True))]
+    out = [
+        _Border(name, grown_region(name, regions[name], 0.0).signed_distance)
+        for name in sorted(lasting_regions(mission, robot, inside=False))
+    ]
+    return [*kept, *out]
+
+
+def _depths(region: Region, points: Floats) -> Floats:
+    return region.measures.depths(points - np.array(region.center))
+
+
+@dataclass(frozen=True, slots=True)
 class _Rooms:
     mission: Mission
     parts: tuple[SolidPart, ...]
     clearance: float
     kept: Spacing
+    borders: Sequence[_Border]
 
     def around(self, way: Floats) -> _Room:
         """Return the room around the points of a way."""
@@ -152,15 +194,16 @@ class _Rooms:
         flat, margin = points.reshape(-1, 3), self.mission.margin
         low, high = (np.array(wall) for wall in (self.mission.workspace.min, self.mission.workspace.max))
         left = [np.minimum(flat - low, high - flat).min(axis=1) - margin]
+        left += [border.within(flat) - margin for border in self.borders]
         left += [part.distances(flat) - self.clearance for part in self.parts]
         room = np.array(left).reshape(len(left), *points.shape[:2])
         blocked = room.min(axis=0) < -1e-6
         first = np.where(blocked.any(axis=1), blocked.argmax(axis=1), len(steps))
-        names = [WALL, *(part.obstacle for part in self.parts)]
+        names = [WALL, *(border.name for border in self.borders), *(part.obstacle for part in self.parts)]
         ends = np.minimum(first, len(steps) - 1)
         nearest = room[:, np.arange(len(way)), ends].argmin(axis=0)
         found = [names[k] for k in nearest]
-        return np.maximum(first - 1, 0) * _RAY, found, np.where(nearest == 0, margin, self.clearance)
+        return np.maximum(first - 1, 0) * _RAY, found, np.where(nearest <= len(self.borders), margin, self.clearance)
 
 
 def _dense(robot: RobotPlan) -> Floats:

@@ -71,9 +71,9 @@ def _walls(x: float, length: float, gap: float) -> str:
     return f"north: {_box(x, gap / 2 + deep / 2, length, deep)}, south: {_box(x, -gap / 2 - deep / 2, length, deep)}"
 
 
-def _union(x: float, other: float, y: float) -> str:
-    """Return a room of two boxes, 1.8 m long and 0.6 m wide, one to the south of the other one."""
-    boxes = f"{{center: [{x}, {-y}, 1], size: [1.8, 0.6, 0.4]}}, {{center: [{other}, {y}, 1], size: [1.8, 0.6, 0.4]}}"
+def _union(x: float, other: float, y: float, long: float = 1.8, wide: float = 0.6) -> str:
+    """Return a room of two boxes, one to the south of the other one."""
+    boxes = f"{_box(x, -y, long, wide, 0.4)}, {_box(other, y, long, wide, 0.4)}"
     return f"room: {{union: [{boxes}]}}"
 
 
@@ -81,6 +81,7 @@ _TUBE, _CORRIDOR, _DEAD_END = _walls(0.0, 4.4, 0.5), _walls(0.0, 2.0, 0.5), _wal
 _LEFT, _RIGHT = _between("left", -1.6, 0, 0.5, 0.5), _between("right", 1.6, 0, 0.5, 0.5)
 _DEEP, _SPOT = _between("deep", 1.6, 0, 0.4, 0.3), _between("spot", 1.0, 0, 0.3, 0.3)
 _NARROW = ("'north'", "'south'", "0.5 m wide", "from 0.628 m on", "second", "`separation`")
+_IN_ROOM = ("0.3 m wide", "two sides of 'room'", "from 0.488 m on", "second way", "cross the border of 'room'", "`margin`")
 _THREE = f"a: {_at(-1.5, 0.5)}, b: {_at(-1.5, -0.5)}, c: {_at(-1.0, 0)}"
 _TWO = f"a: {_at(-1.5, 0.5)}, b: {_at(-1.5, -0.5)}"
 _ONE = f"a: {_at(-1.5, 0)}"
@@ -99,11 +100,21 @@ CASES = {
     "the one in front has to come out first": Refused(
         "F a.deep & F b.deep", f"a: {_at(0.2, 0)}, b: {_at(-1.5, 0)}", (*_NARROW, "elsewhere"), _DEEP, _DEAD_END
     ),
+    "two robots swap places in a room": Refused(
+        "G all(room) & F a.right & F b.left", f"a: {_at(-1.2, 0)}, b: {_at(1.2, 0)}", (*_IN_ROOM, "elsewhere for b"), f"{_LEFT}, {_RIGHT}, {_union(-1.0, 1.0, 0.0, 2.2, 0.3)}",
+        never=("second door",),
+    ),
+    "two robots swap ends in a room": Refused(
+        "G room", f"a: {_at(-1.2, 0, (1.2, 0))}, b: {_at(1.2, 0, (-1.2, 0))}", (*_IN_ROOM, "elsewhere for"), _between("room", 0, 0, 3.6, 0.3), team="own",
+    ),
+    "two robots swap places between forbidden regions": Refused(
+        "F a.right & F b.left & G !some(one) & G !some(other)", f"a: {_at(-1.2, 0)}, b: {_at(1.2, 0)}",
+        ("between 'other' and 'one'", "0.488 m", "cross the border of 'one' or 'other'"),
+        f"{_between('left', -1.6, 0, 0.4, 0.25)}, {_between('right', 1.6, 0, 0.4, 0.25)}, one: {_box(0, 0.65, 4.4, 0.95, 0.4)}, other: {_box(0, -0.65, 4.4, 0.95, 0.4)}",
+        never=("door",),
+    ),
     "a robot hovers in a corridor": Refused(
         "F a.right", f"{_ONE}, b: {_at(0, 0)}", (*_NARROW, "elsewhere for b, as it hovers there"), _RIGHT, _CORRIDOR
-    ),
-    "no room to take turns": Refused(
-        "each(F deep) & G(count(deep) <= 1)", f"a: {_at(0.2, 0)}, b: {_at(-1.5, 0)}", _NARROW, _DEEP, _DEAD_END
     ),
     "an escort into a dead end": Refused(
         "F(vip.deep) & G(vip.deep -> guard.deep)", f"vip: {_at(-1.5, 0.5)}, guard: {_at(-1.5, -0.5)}", ("vip", "guard", "'north'"), _DEEP, _DEAD_END

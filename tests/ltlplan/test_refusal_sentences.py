@@ -14,7 +14,8 @@ from verify.data.obstruction import Obstruction
 
 SLOW = {
     "an escort into a dead end",
-    "no room to take turns",
+    "two robots swap places between forbidden regions",
+    "two robots swap places in a room",
     "the one in front has to come out first",
     "a robot hovers in a corridor",
     "two robots swap places in a tube",
