@@ -12,8 +12,11 @@ from ltlplan.service.execution.workers import LocalWorkers
 from ltlplan.service.job_queue.jobs import Jobs
 from ltlplan.service.models import Event, Job
 from ltlplan.service.settings import Settings
+from tests.helpers.flights import small_mission
 
 Answer = TypeVar("Answer")
+SMALL = small_mission("F a", margin=0.05, extra="planner: {pace: nominal}")
+"""A mission that is planned, proved and flown within a second."""
 
 
 @asynccontextmanager

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 from collections.abc import Callable, Generator
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ import pytest
 
 from ltlplan import Client
 from ltlplan.service.client_parts.job_handle import Submitted
+from tests.helpers.job_services import SMALL, ended, run, service
 from tests.helpers.postgres import Server, postgres_server
 from tests.helpers.services import ONE_HOOP, Served, start
 
@@ -31,6 +33,25 @@ def served(once: Once) -> Served:
         return found
 
     return once("service", made)
+
+
+@pytest.fixture(scope="session")
+def _with_a_done_job(once: Once) -> Path:
+    def made(folder: Path) -> Path:
+        async def done() -> None:
+            async with service(folder, workers=1) as jobs:
+                await ended(jobs, await jobs.submit(SMALL))
+
+        run(done())
+        return folder
+
+    return once("folder of a service", made)
+
+
+@pytest.fixture
+def data(_with_a_done_job: Path, tmp_path: Path) -> Path:
+    """Return a data folder of a test's own, in which `SMALL` was planned, proved and flown before: whoever submits it finds it done."""
+    return shutil.copytree(_with_a_done_job, tmp_path / "data")
 
 
 @pytest.fixture(scope="module")

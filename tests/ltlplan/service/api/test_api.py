@@ -172,7 +172,7 @@ def test_flights_are_written_for_vehicles(done: Submitted, http: httpx.Client) -
     assert names[:2] == ["crazyswarm2", "crazyflie"]
     assert_refused(http.get(f"/api/jobs/{done.id}/exports/px4", params={"rate": 20}), 422, "not-certified")
     assert_refused(http.get(f"/api/jobs/{done.id}/exports/ros2", params={"rate": 20}), 422, "not-certified")
-    for form, asked in (("crazyswarm2", {}), ("ros2", {"rate": 20, "anyway": True}), ("px4", {"rate": 20, "anyway": True})):
+    for form, asked in (("crazyswarm2", {}), ("px4", {"rate": 20, "anyway": True})):
         packed = http.get(f"/api/jobs/{done.id}/exports/{form}", params=asked)
         with zipfile.ZipFile(io.BytesIO(packed.content)) as archive:
             note = archive.read("README.txt").decode()

@@ -16,12 +16,9 @@ from ltlplan.service.job_queue.store import Damaged, Store
 from ltlplan.service.models import Job
 from ltlplan.service.service import places
 from tests.helpers.few import few_of
-from tests.helpers.flights import small_mission
-from tests.helpers.job_services import begun, ended, run, service
+from tests.helpers.job_services import SMALL, begun, ended, run, service
 
 pytestmark = pytest.mark.xdist_group("service")
-
-SMALL = small_mission("F a", margin=0.05, extra="planner: {pace: nominal}")
 
 
 def flipped(path: Path) -> None:
@@ -58,12 +55,12 @@ def test_a_value_that_is_kept_once_more_is_whole_again(tmp_path: Path, damage: D
 
 
 @few_of(1, "damage", DAMAGES, ids=lambda each: each.__name__)
-def test_nothing_damaged_is_served_and_asking_again_mends_it(tmp_path: Path, damage: Damage) -> None:
+def test_nothing_damaged_is_served_and_asking_again_mends_it(data: Path, damage: Damage) -> None:
     async def check() -> None:
-        async with service(tmp_path / "data") as jobs:
+        async with service(data) as jobs:
             job = await ended(jobs, await jobs.submit(SMALL))
             sound = await contents(jobs, job)
-            store = Store(tmp_path / "data" / "values")
+            store = Store(data / "values")
             for digest in store.digests():
                 damage(store.path(digest))
             for name in sound:
@@ -88,24 +85,25 @@ def test_nothing_damaged_is_served_and_asking_again_mends_it(tmp_path: Path, dam
 
 
 @few_of(1, "damage", DAMAGES, ids=lambda each: each.__name__)
-def test_what_a_stage_takes_is_made_once_more(tmp_path: Path, damage: Damage) -> None:
+def test_what_a_stage_takes_is_made_once_more(data: Path, tmp_path: Path, damage: Damage) -> None:
     async def check() -> None:
-        async with service(tmp_path / "data", workers=1) as jobs:
+        async with service(stopped, workers=1) as jobs:
             job = await jobs.submit(SMALL)
             await begun(jobs, job, "flight")
-        store = Store(tmp_path / "data" / "values")
-        async with service(tmp_path / "other") as jobs:
+        store = Store(stopped / "values")
+        async with service(data) as jobs:
             undisturbed = await contents(jobs, await ended(jobs, await jobs.submit(SMALL)))
-        with closing(sqlite3.connect(tmp_path / "data" / "jobs.sqlite")) as connection:
+        with closing(sqlite3.connect(stopped / "jobs.sqlite")) as connection:
             records = [json.loads(output) for (output,) in connection.execute("SELECT output FROM operation_outputs")]
         assert [record["stage"] for record in records] == ["plan", "round 1"]
         for record in records:
             damage(store.path(record["value"]))
-        async with service(tmp_path / "data") as jobs:
+        async with service(stopped) as jobs:
             job = await ended(jobs, job)
             assert (job.state, job.problem) == ("done", None)
             assert await contents(jobs, job) == undisturbed
 
+    stopped = tmp_path / "stopped"
     run(check())
 
 

@@ -14,12 +14,9 @@ from ltlplan.service.execution.exporting import ExportAsked
 from ltlplan.service.job_queue.jobs import Jobs
 from ltlplan.service.models import Job
 from ltlplan.service.problems import Conflict, NotFound
-from tests.helpers.flights import small_mission
-from tests.helpers.job_services import ended, run, service
+from tests.helpers.job_services import SMALL, ended, run, service
 
 pytestmark = pytest.mark.xdist_group("service")
-
-SMALL = small_mission("F a", margin=0.05, extra="planner: {pace: nominal}")
 CSV = ExportAsked("crazyflie")
 
 
@@ -30,9 +27,9 @@ async def archive(jobs: Jobs, export: Job) -> dict[str, bytes]:
         return {name: opened.read(name) for name in opened.namelist()}
 
 
-def test_an_export_is_a_job_whose_archive_is_what_the_library_writes(tmp_path: Path) -> None:
+def test_an_export_is_a_job_whose_archive_is_what_the_library_writes(data: Path, tmp_path: Path) -> None:
     async def check() -> None:
-        async with service(tmp_path / "data") as jobs:
+        async with service(data) as jobs:
             job = await ended(jobs, await jobs.submit(SMALL))
             made = await jobs.derive(job.id, CSV)
             assert (made.of, made.found, made.state, made.mission) == (job.id, False, "queued", job.mission)
@@ -48,14 +45,14 @@ def test_an_export_is_a_job_whose_archive_is_what_the_library_writes(tmp_path: P
             assert (again.id, again.found) == (made.id, True)
             assert (await jobs.derive(job.id, ExportAsked("crazyflie", anyway=True))).id != made.id
             assert [each.id for each in await jobs.jobs()] == [job.id], "exports are not listed"
-        async with service(tmp_path / "data") as jobs:
+        async with service(data) as jobs:
             assert (await jobs.derive(job.id, CSV)).found
             with pytest.raises(Conflict, match=f"the mission is that of job {job.id}"):
                 await jobs.mission(made.id)
             await jobs.delete(job.id)
             with pytest.raises(NotFound):
                 await jobs.job(made.id)
-            assert list((tmp_path / "data" / "values").glob("??/*")) == []
+            assert list((data / "values").glob("??/*")) == []
 
     made_here = ltlplan.run(SMALL)
     flight.export(made_here.team, made_here.certificate, tmp_path / "exported", format="crazyflie", flight=made_here.log)
@@ -64,15 +61,16 @@ def test_an_export_is_a_job_whose_archive_is_what_the_library_writes(tmp_path: P
     run(check())
 
 
-def test_what_cannot_be_exported_fails_in_words_and_is_not_tried_again(tmp_path: Path) -> None:
+def test_what_cannot_be_exported_fails_in_words_and_is_not_tried_again(data: Path) -> None:
     async def check() -> None:
-        async with service(tmp_path / "data") as jobs:
+        async with service(data) as jobs:
             with pytest.raises(NotFound):
                 await jobs.derive("nope-1", CSV)
-            job = await jobs.submit(SMALL)
+            waits = await jobs.submit(SMALL, seed=1)
             with pytest.raises(Conflict, match="has no files"):
-                await jobs.derive(job.id, CSV)
-            await ended(jobs, job)
+                await jobs.derive(waits.id, CSV)
+            await jobs.cancel(waits.id)
+            job = await jobs.submit(SMALL)
             for asked in (ExportAsked("crazyflies"), ExportAsked("crazyflie", vehicle="other")):
                 made = await ended(jobs, await jobs.derive(job.id, asked))
                 assert made.problem is not None
@@ -85,12 +83,13 @@ def test_what_cannot_be_exported_fails_in_words_and_is_not_tried_again(tmp_path:
     run(check())
 
 
-def test_an_export_goes_on_after_a_stop(tmp_path: Path) -> None:
+@pytest.mark.slow  # an export is a job, and jobs go on
+def test_an_export_goes_on_after_a_stop(data: Path) -> None:
     async def check() -> None:
-        async with service(tmp_path / "data") as jobs:
+        async with service(data) as jobs:
             job = await ended(jobs, await jobs.submit(SMALL))
             made = await jobs.derive(job.id, CSV)
-        async with service(tmp_path / "data") as jobs:
+        async with service(data) as jobs:
             assert (await ended(jobs, await jobs.job(made.id))).state == "done"
 
     run(check())

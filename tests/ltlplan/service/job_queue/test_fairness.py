@@ -36,9 +36,9 @@ class StandIns(LocalWorkers):
         return future
 
 
-def soon_long(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Take work for long after 0.2 s, and let it compete with the rest of a busy machine."""
-    monkeypatch.setattr(workers_module, "SHORT", 0.2)
+def soon_long(monkeypatch: pytest.MonkeyPatch, after: float = 0.2) -> None:
+    """Take work for long after some seconds, and let it compete with the rest of a busy machine."""
+    monkeypatch.setattr(workers_module, "SHORT", after)
     monkeypatch.setattr(workers_module, "NICE", 0)
 
 
@@ -85,14 +85,14 @@ def test_two_hundred_jobs_at_once_are_all_done(tmp_path: Path, monkeypatch: pyte
 
 
 def test_a_long_piece_of_work_goes_on_where_it_is_when_others_wait(monkeypatch: pytest.MonkeyPatch) -> None:
-    soon_long(monkeypatch)
+    soon_long(monkeypatch, after=0.1)
     pool = LocalWorkers(1)
     mission = small_mission("F a", margin=0.05, extra="planner: {pace: nominal}")
     from ltlplan.planner import with_seed
     from ltlplan.service.execution.stages import mission_bytes
 
     began: list[str] = []
-    value = mission_bytes(with_seed(mission, 80))
+    value = mission_bytes(with_seed(mission, 40))
     futures = [pool.submit(stand_in_stage, "plan", value, progress=lambda *_said: began.append("")) for _ in range(2)]
     futures.append(pool.submit(stand_in_stage, "plan", mission_bytes(mission)))
     for future in futures:

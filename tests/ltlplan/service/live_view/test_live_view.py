@@ -33,8 +33,8 @@ def test_frames_come_ten_times_a_second_with_a_picture_of_the_world(served: Serv
         picture = viewer.until(lambda message: message["kind"] == "picture")["picture"]
         first = viewer.frame()
         began = time.monotonic()
-        last = viewer.frame(lambda frame: frame["number"] >= first["number"] + 20)
-    assert 1.5 < time.monotonic() - began < 3.5
+        last = viewer.frame(lambda frame: frame["number"] >= first["number"] + 10)
+    assert 0.7 < time.monotonic() - began < 2.5
     assert (picture["mission"], picture["robots"]) == ("pair", ["one", "two"])
     assert picture["bodies"]["left"] == {"kind": "regions", "center": [-1.0, 0.4, 1.0]}
     assert last["robots"]["one"]["at"] == [0.0, 0.0, 1.0]
@@ -119,7 +119,7 @@ def test_pages_of_other_sites_see_nothing(served: Served, flying: FedFlight, nam
 def test_a_flight_is_replayed_as_it_was_seen(served: Served, name: str) -> None:
     with fed(f"{served.url}/live/{name}"), watching(served.url, name) as viewer:
         viewer.until(lambda message: message["kind"] == "picture")
-        viewer.frame(lambda frame: frame["number"] > 10 and frame["picture"] > 0)
+        viewer.frame(lambda frame: frame["number"] > 3 and frame["picture"] > 0)
     run = run_of(served.url, name)
     assert until(lambda: httpx.get(f"{served.url}/api/live/{name}/replays/{run}").status_code == 200, 10.0)
     assert until(lambda: httpx.get(f"{served.url}/api/live/{name}/replays/{run}").json()["frames"][-1]["over"], 10.0)

@@ -154,6 +154,7 @@ def test_a_form_of_this_name_logs_in_and_one_of_another_site_does_not(proxied: P
         assert stranger.get("/health", headers={"host": "evil.example"}).status_code == 421
 
 
+@pytest.mark.slow
 def test_a_stream_of_events_comes_as_it_is_sent(proxied: Proxied) -> None:
     with proxied.logged_in("alice") as browser:
         made = browser.post("/api/jobs", content=ONE_HOOP, headers={"content-type": "application/yaml"}).json()

@@ -11,6 +11,7 @@ import httpx
 import pytest
 
 from ltlplan.service.people.people import People
+from ltlplan.service.security import open_requests
 from ltlplan.service.security.admission import Rules
 from ltlplan.service.security.asker import COOKIE, is_open
 from ltlplan.service.security.middleware import Gate
@@ -183,7 +184,10 @@ class _Caller:
 
 @pytest.mark.parametrize("kind", ["http", "websocket"])
 @pytest.mark.parametrize("way", ["token", "session", "logout"])
-def test_what_is_open_ends_with_its_token_or_session_though_nothing_happens_in_it(kind: str, way: str, tmp_path: Path) -> None:
+def test_what_is_open_ends_with_its_token_or_session_though_nothing_happens_in_it(
+    kind: str, way: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(open_requests, "LOOK", 0.02)
     gate = _gate(tmp_path, inner=_endless)
     people = gate.rules.people
     token = people.tokens.new("alice")

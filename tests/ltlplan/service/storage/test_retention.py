@@ -25,15 +25,13 @@ from ltlplan.service.people.user_jobs import UserJobs
 from ltlplan.service.security.tokens import Tokens
 from ltlplan.service.settings import Limits, Settings
 from ltlplan.service.storage.retention import Retention, Swept, before, kept_until
-from tests.helpers.flights import small_mission
-from tests.helpers.job_services import ended, run
+from tests.helpers.job_services import SMALL, ended, run
 
 pytestmark = pytest.mark.xdist_group("service")
 
 ALICE, BOB, ROOT = (
     Principal(name, role) for name, role in (("alice", Role.planner), ("bob", Role.planner), ("root", Role.admin))
 )
-SMALL = small_mission("F a", margin=0.05, extra="planner: {pace: nominal}")
 LATER = datetime.now(UTC) + timedelta(days=31)
 
 
@@ -77,11 +75,11 @@ async def lab(folder: Path, **kept: float) -> AsyncGenerator[Lab]:
         people.close()
 
 
-def test_only_what_nobody_needs_is_let_go_of(tmp_path: Path) -> None:
+def test_only_what_nobody_needs_is_let_go_of(data: Path) -> None:
     async def check() -> None:
-        async with lab(tmp_path / "data", keep_jobs_days=30) as made:
+        async with lab(data, keep_jobs_days=30) as made:
             alice, bob = made.of(ALICE), made.of(BOB)
-            old = await ended(made.jobs, await alice.submit(SMALL, seed=1))
+            old = await ended(made.jobs, await alice.submit(SMALL))
             shared = await ended(made.jobs, await alice.submit(SMALL, seed=2))
             await bob.submit(SMALL, seed=2, project="show")
             studied = await ended(made.jobs, await alice.submit(SMALL, seed=3))
@@ -102,9 +100,9 @@ def test_only_what_nobody_needs_is_let_go_of(tmp_path: Path) -> None:
     run(check())
 
 
-def test_a_job_stays_while_something_is_made_of_its_flight(tmp_path: Path) -> None:
+def test_a_job_stays_while_something_is_made_of_its_flight(data: Path) -> None:
     async def check() -> None:
-        async with lab(tmp_path / "data", keep_jobs_days=30) as made:
+        async with lab(data, keep_jobs_days=30) as made:
             job = await ended(made.jobs, await made.of(ALICE).submit(SMALL))
             made.jobs.register.add(
                 export := Entry(Job(id="e-1", kind="export", of=job.id, mission="m", submitted=""), {"mission": "0" * 64})
@@ -118,9 +116,9 @@ def test_a_job_stays_while_something_is_made_of_its_flight(tmp_path: Path) -> No
     run(check())
 
 
-def test_what_was_deleted_comes_back_by_submitting_it_again(tmp_path: Path) -> None:
+def test_what_was_deleted_comes_back_by_submitting_it_again(data: Path) -> None:
     async def check() -> None:
-        async with lab(tmp_path / "data", keep_deleted_days=7) as made:
+        async with lab(data, keep_deleted_days=7) as made:
             alice = made.of(ALICE)
             job = await ended(made.jobs, await alice.submit(SMALL))
             await alice.delete(job.id)
@@ -129,7 +127,7 @@ def test_what_was_deleted_comes_back_by_submitting_it_again(tmp_path: Path) -> N
             assert (again.id, again.found) == (job.id, True)
             assert made.people.references.leaving() == ()
             await alice.delete(job.id)
-        async with lab(tmp_path / "data", keep_deleted_days=7) as made:
+        async with lab(data, keep_deleted_days=7) as made:
             made.people.references.adopt([(job.id, "alice")])
             assert made.people.references.users(job.id) == (), "a restart brings nothing back"
             assert await made.retention.delete_left() == 0
@@ -164,9 +162,9 @@ def test_the_log_and_recordings_go_by_their_age(tmp_path: Path) -> None:
     run(check())
 
 
-def test_by_default_nothing_goes_by_its_age(tmp_path: Path) -> None:
+def test_by_default_nothing_goes_by_its_age(data: Path) -> None:
     async def check() -> None:
-        async with lab(tmp_path / "data") as made:
+        async with lab(data) as made:
             job = await ended(made.jobs, await made.of(ALICE).submit(SMALL))
             assert await made.retention.sweep(datetime(9000, 1, 1, tzinfo=UTC)) == Swept()
             assert (await made.of(ALICE).job(job.id)).state == "done"
