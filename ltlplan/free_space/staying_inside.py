@@ -124,7 +124,12 @@ def way_inside(
 
 
 def narrowest_inside(
-    space: FreeSpace, regions: Collection[str], ends: tuple[Floats, Floats], permitted: Collection[str], slack: float
+    space: FreeSpace,
+    regions: Collection[str],
+    ends: tuple[Floats, Floats],
+    permitted: Collection[str],
+    slack: float,
+    most: float | None = None,
 ) -> tuple[Floats, float] | None:
     """Return where ways between two points come nearest to the border of what they may not leave, and how deep they are there at the most.
 
@@ -134,11 +139,13 @@ def narrowest_inside(
         ends: m. Shape (3,) each.
         permitted: Regions that they may enter, these among them.
         slack: m that ways keep more than they must of all else.
+        most: m from which on a way is deep enough; the margin and `slack` where left out.
 
     Returns:
         A point, m, shape (3,), and m; None where no way is inside at all.
     """
-    own, low, high = space.mission.margin + slack, 0.0, space.mission.margin + slack
+    own = space.mission.margin + slack
+    low, high = 0.0, own if most is None else most
     way = way_inside(space, regions, ends, permitted, slack, [-own])
     while way is not None and high - low > _FOUND_TO:
         middle = (low + high) / 2.0

@@ -11,6 +11,7 @@ from ltlplan.allocation import Known
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget
 from ltlplan.paths.costs import with_expected_times
 from ltlplan.replanning.cuts import Candidate, Conflict, Cut, CutKind, Flight
+from ltlplan.replanning.narrow_rooms import narrow_room
 from ltlplan.replanning.timing.timetable import Relaxation, relaxation_of
 from ltlplan.search.orders.planned_words import hold_under_precedences
 from verify.data import Infeasible, LtlplanError, NotCertified, Plan, Witness
@@ -120,14 +121,14 @@ class Refusal:
     def error(self) -> LtlplanError:
         """Error that tells why these words are given up."""
         if isinstance(self.found, Conflict):
-            return self.found.error
+            return _with_narrow_room(self.plan, self.found.error)
         if self._too_long:
             lasts = max(path.duration for path in self.found.team.values())
             hint = f"Flown as fast as all limits allow, which took {lasts:.4g} s; plan more robots, or vehicles of longer endurance."
             return NotCertified(f"Not certified. {' '.join(self._too_long)} {hint}", self.witnesses)
         if self.reason == "no flight":
             said = f"Not certified after {self.tried.rounds} rounds of refinement. {self.why} {self._relief}"
-            return NotCertified(said.rstrip(), self.witnesses)
+            return NotCertified(" ".join([said.rstrip(), *self._narrow]), self.witnesses)
         if self.reason == "times":
             said = f"Not certified: no times of these words keep what is bounded in seconds. {self.why} {self._relief}"
             return NotCertified(said.rstrip(), self.witnesses)
@@ -143,6 +144,12 @@ class Refusal:
         slow = " and ".join(sorted(str(pace) for pace in paces))
         faster = f"`planner.pace` is {slow}; a greater one, up to 1, flies faster." if slow and self.relaxation.late else ""
         return f"{self.relaxation.sentence} {faster}".strip()
+
+    @property
+    def _narrow(self) -> list[str]:
+        """Sentences on narrow places of rooms that robots were not shown to stay in."""
+        left = sorted({each.robot for each in self.witnesses if each.claim == "formula" and each.robot is not None})
+        return [place.sentence for robot in left if (place := narrow_room(self.plan, robot)) is not None]
 
     @cached_property
     def relaxation(self) -> Relaxation:
@@ -182,3 +189,12 @@ class Refusal:
         cut = Cut(kind, why, self.tried.rounds, anew=anew, obstruction=obstruction, **forbidden)
         judged = self.tried.rounds - isinstance(self.found, Conflict)
         return replace(self.tried, plan=plan, cuts=(*self.tried.cuts, cut), rounds=judged)
+
+
+def _with_narrow_room(plan: Plan, error: LtlplanError) -> LtlplanError:
+    """Return an error, with the narrow place of a room that a robot's path leaves between its visits, where there is one."""
+    if not isinstance(error, Infeasible) or error.witness is None or error.obstruction is None:
+        return error
+    robot = error.witness.robot if error.witness.claim == "visits" else None
+    narrow = None if robot is None else narrow_room(plan, robot)
+    return error if narrow is None else error.because(replace(error.obstruction, place=narrow.place, helps=narrow.helps))

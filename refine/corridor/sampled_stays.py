@@ -82,7 +82,10 @@ def violations(path: Spline, mission: Mission, name: str, robot: RobotPlan, clea
             continue
         index = next((i for i, (s, w) in enumerate(zip(seen, wanted, strict=False)) if s != w), min(len(seen), len(wanted)))
         extra = counted[index] if index < len(counted) else None
-        sentence = f"{name}: the path comes within the margin of {', '.join(seen) or 'no region'}; the plan visits {', '.join(wanted) or 'none'}."
+        sentence = (
+            f"{name}'s path comes, within the margin, to {', then '.join(seen) or 'no region'}; "
+            f"its plan visits {', then '.join(wanted) or 'none'}."
+        )
         return (
             Witness(
                 claim="visits",

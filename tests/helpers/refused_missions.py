@@ -77,6 +77,11 @@ def _union(x: float, other: float, y: float, long: float = 1.8, wide: float = 0.
     return f"room: {{union: [{boxes}]}}"
 
 
+def _linked(wide: float) -> str:
+    """Return a room of two halls and a link between them."""
+    return f"room: {{union: [{_box(-1.2, 0, 1.4, 1.6, 0.2)}, {_box(0, 0, 1.2, wide, 0.2)}, {_box(1.2, 0, 1.4, 1.6, 0.2)}]}}"
+
+
 _TUBE, _CORRIDOR, _DEAD_END = _walls(0.0, 4.4, 0.5), _walls(0.0, 2.0, 0.5), _walls(0.6, 2.8, 0.5)
 _LEFT, _RIGHT = _between("left", -1.6, 0, 0.5, 0.5), _between("right", 1.6, 0, 0.5, 0.5)
 _DEEP, _SPOT = _between("deep", 1.6, 0, 0.4, 0.3), _between("spot", 1.0, 0, 0.3, 0.3)
@@ -186,7 +191,15 @@ CASES = {
     "a link between parts of a room is too narrow": Refused(
         "F right & G room", f"a: {_at(-1.5, 0.4)}, b: {_at(-1.5, -0.4)}",
         ("0.05 m within 'room'", "Around (-0.", ", 1.00) no way is more than 0.0", "'room' wider than 0.1 m there"),
-        f"{_RIGHT}, room: {{union: [{_box(-1.2, 0, 1.4, 1.6, 0.2)}, {_box(0, 0, 1.2, 0.08, 0.2)}, {_box(1.2, 0, 1.4, 1.6, 0.2)}]}}", team="own",
+        f"{_RIGHT}, {_linked(0.08)}", team="own",
+    ),
+    "a link between parts of a room is as wide as the margins": Refused(
+        "F right & G room", f"a: {_at(-1.5, 0.4)}", ("Around (", "no way of a", "within 'room'", "asks for 0.05 m", "a wider 'room'", "a smaller `margin`"),
+        f"{_RIGHT}, {_linked(0.1)}", team="own",
+    ),
+    "a link between parts of a room hardly lets one of two robots through": Refused(
+        "each(F right) & G all(room)", f"a: {_at(-1.5, 0.4)}, b: {_at(-1.5, -0.4)}", ("Around (", "within 'room'", "asks for 0.05 m", "a wider 'room'"),
+        f"{_between('right', 1.4, 0, 0.9, 1.2)}, {_linked(0.1)}",
     ),
     "a deadline is too soon": Refused(
         "F[0,1] right", f"a: {_at(-1.5, 0)}, b: {_at(-1.0, 0.5)}", ("`F[0,1] right` cannot hold", "b comes there at", "s after its deadline", "a later deadline"),
