@@ -111,9 +111,7 @@ def test_nominal_times_are_tried_after_three_rounds(monkeypatch: pytest.MonkeyPa
     assert done.plan.cost == pytest.approx(before.plan.cost + done.team["q"].duration - before.team["q"].duration)
 
 
-@pytest.mark.parametrize(
-    ("share", "planned", "kept"), [(0.9, True, 0.9), (0.9, False, 0.9), (1.2, False, 1.2), (1.2, True, 1.3)]
-)
+@few_of(2, ("share", "planned", "kept"), [(0.9, True, 0.9), (0.9, False, 0.9), (1.2, False, 1.2), (1.2, True, 1.3)])
 def test_where_no_flight_keeps_the_reserve_the_best_within_the_margin_is_kept_and_else_the_planned_times(
     share: float, planned: bool, kept: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -13,6 +13,7 @@ from verify.data import BadInput, Infeasible, LtlplanError, Mission, NotCertifie
 from verify.data.obstruction import Obstruction
 
 SLOW = {
+    "a link between parts of a room is too narrow",
     "an escort into a dead end",
     "two robots swap places between forbidden regions",
     "two robots swap places in a room",

@@ -20,7 +20,7 @@ def kernel_faults(number: int | None) -> list[Fault]:
     return every[:number]
 
 
-@few_of(1, "number", [3, 10])
+@few_of(1, "number", [2, 10])
 def test_proofs_of_true_flights_notice_most_faults(number: int) -> None:
     assert 2 * sum(map(noticed_by_proofs, kernel_faults(number))) >= number
 

@@ -53,7 +53,7 @@ def stays(mission: Mission, flight: Trajectory, region: str) -> int:
 
 
 @few_of(
-    4,
+    2,
     ("mission", "count"),
     [
         (world(TWICE, regions=SPHERE), 2),

@@ -218,7 +218,7 @@ def test_robots_wait_for_each_other(pace: Pace) -> None:
     assert min(gap) >= 0.4
 
 
-@pytest.mark.parametrize("heading", ["fixed", "path"])
+@few_of(1, "heading", ["fixed", "path"])
 def test_robots_wait_in_the_middle_where_departures_do_not_suffice(heading: str, pace: Pace) -> None:
     """q's first visit after p's first, p's second after q's second: whoever departs first, the other has to wait for it."""
     agents = {"p": Agent(start=(-2.0, -1.0, 1.0), heading=heading), "q": Agent(start=(-2.0, 1.0, 1.0), heading=heading)}

@@ -169,7 +169,7 @@ def test_absurd_numbers_are_refused_without_a_traceback(size, power):
     assert {"continuity", "workspace"} <= found
 
 
-@few_of(2, "numbers", [(1e38, 0.0), (5e-324, 0.0), (1.0, 1e150), (1.0, 1.7e308), (1e20, -1e20)])
+@few_of(1, "numbers", [(1e38, 0.0), (5e-324, 0.0), (1.0, 1e150), (1.0, 1.7e308), (1e20, -1e20)])
 @pytest.mark.parametrize("clock_error", [0.0, pytest.param(0.1, marks=pytest.mark.slow)])
 def test_absurd_numbers_of_one_robot_near_a_hoop_and_another_robot(numbers, clock_error):
     """Bounds that are infinite on one side only, in every claim that there is."""

@@ -114,7 +114,7 @@ def walled(by: float, lasso: bool) -> Flown:
 
 @BOTH
 @few_of(
-    7,
+    6,
     ("claim", "case", "least"),
     [
         ("formula", never, 1e-9),

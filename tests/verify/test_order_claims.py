@@ -250,7 +250,7 @@ def test_a_plan_whose_visits_its_words_do_not_show_claims_no_order() -> None:
 AFTER = Meeting(first=("r0", 0), then=("r1", 0))
 
 
-@pytest.mark.parametrize(("hold", "outcome"), [(0.5, "fails"), (1.0, "fails"), (7.0, "holds")])
+@few_of(2, ("hold", "outcome"), [(0.5, "fails"), (1.0, "fails"), (7.0, "holds")])
 def test_a_robot_sets_out_for_its_first_visit_when_it_first_moves(hold: float, outcome: str) -> None:
     slowly = legs([[0, 2, 1], [1, 2, 1]], speed=0.1, hold=hold)  # it comes to b long after r0 has come to a
     certificate = judge(flown("F a", "joint", AFTER), {**FLIGHTS, "r1": slowly}, largest=False)

@@ -194,7 +194,8 @@ def test_the_judge_sees_only_what_is_proved() -> None:
     assert certify(other, team).claims == certify(plan, team).claims
 
 
-@pytest.mark.parametrize(
+@few_of(
+    1,
     ("change", "says"),
     [
         ({"cycle_waypoint": 1.0}, "not written as a plan is|cycle_waypoint"),
@@ -221,7 +222,7 @@ def test_a_word_that_holds_a_letter_twice_is_refused(tmp_path: Path) -> None:
 
 
 @few_of(
-    3,
+    1,
     ("wait", "holds"),
     [
         (Meeting(first=("r0", 0), then=("r1", 0)), True),

@@ -331,11 +331,12 @@ def test_certificates_of_the_wrong_shape_are_bad_input(folder, key, value):
             certificate_from_json(json.dumps(data))
 
 
-def test_every_truncation_of_every_file_is_refused_without_a_traceback(folder):
+@few_of(1, "count", [5, 12])
+def test_every_truncation_of_every_file_is_refused_without_a_traceback(folder, count):
     rng = np.random.default_rng(0)
     for name in ("mission.yaml", "plan.json", "r0.csv", "certificate.json"):
         whole = (folder / name).read_bytes()
-        for cut in rng.integers(0, len(whole) - 1, 12).tolist():
+        for cut in rng.integers(0, len(whole) - 1, count).tolist():
             (folder / name).write_bytes(whole[:cut])
             try:
                 recheck(folder)
@@ -348,7 +349,7 @@ def test_every_truncation_of_every_file_is_refused_without_a_traceback(folder):
     assert recheck(folder).holds
 
 
-@pytest.mark.parametrize("count", [5, pytest.param(15, marks=pytest.mark.slow)])
+@few_of(1, "count", [3, 15])
 def test_every_flipped_byte_is_refused_or_harmless(folder, small, count):
     rng = np.random.default_rng(1)
     digest = small[2].digest()

@@ -45,7 +45,7 @@ def test_parameters_are_set_and_read_back_and_health_is_reported(mission) -> Non
 
 
 @few_of(
-    2,
+    1,
     ("manner", "says"),
     [
         (Manner(lacks=("ctrlMel.massThrust",)), r"r1's firmware has no parameter ctrlMel\.massThrust"),

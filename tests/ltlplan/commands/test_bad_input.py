@@ -48,7 +48,8 @@ def test_damaged_missions(old: str, new: str, code: int, says: str, ltlplan: Com
     assert_refused(ltlplan, ["run", "m.yaml"], code, says, tmp_path)
 
 
-@pytest.mark.parametrize(
+@few_of(
+    3,
     ("content", "says"),
     [
         (b"", "empty"),
@@ -125,7 +126,7 @@ def test_help_does_not_import_the_engines(tmp_path: Path) -> None:
     assert done.stdout.strip() == "[]"
 
 
-@pytest.mark.parametrize("name", ["mission.yaml", "plan.json", "certificate.json", "r0.csv", "flight.csv"])
+@few_of(2, "name", ["mission.yaml", "plan.json", "certificate.json", "r0.csv", "flight.csv"])
 def test_a_pipe_is_never_waited_for(name: str, ltlplan: Command, tmp_path: Path) -> None:
     plan = plan_of(small_mission("true", regions=""), {})
     team = {"r0": legs([[0, 0, 1]])}

@@ -59,7 +59,7 @@ def start(target: Path) -> subprocess.Popen[str]:
     return writer
 
 
-@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
+@few_of(1, "how", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupted_writer_clears_up(how: signal.Signals, tmp_path: Path) -> None:
     writer = start(tmp_path / "run")
     writer.send_signal(how)

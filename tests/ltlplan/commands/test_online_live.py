@@ -18,7 +18,7 @@ ROOT = Path(__file__).parents[3]
 
 
 @few_of(
-    7,
+    4,
     ("options", "said"),
     [
         (["--link", "simulated"], "add --certified"),

@@ -19,7 +19,7 @@ def file(tmp_path: Path) -> str:
     return "small.yaml"
 
 
-@few_of(2, "command", ["plan", "run", "online", "online --certified"])
+@few_of(1, "command", ["plan", "run", "online", "online --certified"])
 def test_commands_refuse_what_is_no_pace(command: str, file: str, ltlplan: Command, tmp_path: Path) -> None:
     for pace in ("2", "fast"):
         done = ltlplan(*command.split(), file, "--pace", pace, cwd=tmp_path)

@@ -74,6 +74,7 @@ def test_many_robots_flood_no_log() -> None:
     assert len(log.lines) <= 10.0 / 0.2 + 2
 
 
+@pytest.mark.slow
 def test_a_command_beats_by_itself_and_stops_when_it_is_done(capfd: pytest.CaptureFixture[str]) -> None:
     with progress_bar(quiet=False) as progress:
         progress("thinking hard", 0.5)

@@ -137,7 +137,7 @@ HOSTILE = {
 }
 
 
-@few_of(5, "name", HOSTILE)
+@few_of(2, "name", HOSTILE)
 def test_a_log_that_is_none_ends_in_one_sentence(run, tmp_path, name):
     write, message = HOSTILE[name]
     if name.endswith(".ulg"):

@@ -73,7 +73,7 @@ def readings(first, shown, most):
     return found
 
 
-@pytest.mark.parametrize("text", ["F a & F b", "!b U a", "G(a -> F c)", "G(a -> (a W c))", "F(a & F b)", "(!a U c) | F b"])
+@few_of(4, "text", ["F a & F b", "!b U a", "G(a -> F c)", "G(a -> (a W c))", "F(a & F b)", "(!a U c) | F b"])
 @few_of(
     2,
     ("changes", "most"),

@@ -129,7 +129,7 @@ FALSE = [
 ]  # fmt: skip
 
 
-@few_of(16, ("changes", "wanted"), FALSE, ids=lambda value: next(iter(value)) if isinstance(value, dict) else "")
+@few_of(8, ("changes", "wanted"), FALSE, ids=lambda value: next(iter(value)) if isinstance(value, dict) else "")
 def test_what_is_false_is_refused(proved, changes, wanted):
     plan, team, _certificate, proof = proved("firefighting")
     statement = changed(proof.statement, **changes)

@@ -276,7 +276,7 @@ EDITS: list[tuple[str, dict[str, Any]]] = [
 ]
 
 
-@few_of(6, ("name", "edits"), EDITS)
+@few_of(3, ("name", "edits"), EDITS)
 def test_what_is_edited_is_not_checked(name: str, edits: dict[str, Any]) -> None:
     plan, team = small_flight(name)
     proof = prove(plan, team, judge(plan, team, largest=False))

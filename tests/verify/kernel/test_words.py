@@ -184,7 +184,7 @@ def test_actions_are_followed(team: str) -> None:
 
 
 @few_of(
-    3,
+    2,
     ("formula", "accepted"),
     [
         ("F(count(a) >= 2)", True),

@@ -54,7 +54,7 @@ def test_the_words_of_the_visits_are_true(folder: Path) -> None:
 
 
 @few_of(
-    3,
+    2,
     ("change", "says"),
     [
         (word([], ["b"], ["b", "wet"], ["wet"]), "not what its visits"),

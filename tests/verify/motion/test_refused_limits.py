@@ -48,7 +48,7 @@ def judged_as_it_turns() -> tuple[dict[str, Trajectory], Certificate]:
     return team, judged(PLAN, team)
 
 
-@few_of(5, "name", LIMITS)
+@few_of(2, "name", LIMITS)
 @few_of(1, "share", [1e-5, 1e-2])
 def test_every_limit_passed_by_a_little(name, share):
     team, certificate = judged_as_it_turns()

@@ -38,7 +38,7 @@ HOOPS = [
 ]
 
 
-@pytest.mark.parametrize(("robot", "pair", "hoop", "visit"), HOOPS)
+@few_of(4, ("robot", "pair", "hoop", "visit"), HOOPS)
 @few_of(2, "height", [0.15, -0.15, 0.25, 0.45, -0.45])
 def test_a_hoop_missed_by_a_smooth_path(robot, pair, hoop, visit, height):
     """Flown over or under its middle: near it off the axis, at its rim into it, further away without a visit."""

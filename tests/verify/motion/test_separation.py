@@ -220,7 +220,7 @@ def test_robots_above_each_other_with_clocks_that_differ():
     assert not kept[0.9]
 
 
-@pytest.mark.parametrize("count", [10, pytest.param(25, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [5, pytest.param(25, marks=pytest.mark.slow)])
 def test_separation_with_weights_clocks_and_tubes_against_samples(count):
     rng = np.random.default_rng(3)
     held = 0

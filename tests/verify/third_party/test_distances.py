@@ -51,7 +51,7 @@ def same(one: tuple[Nearest, list[Breach]], other: tuple[Nearest, list[Breach]])
     return all(min(abs(a - b), abs(a * a - b * b)) < 2e-6 for a, b in pairs)
 
 
-@pytest.mark.parametrize("common", [True, False])
+@few_of(1, "common", [True, False])
 @few_of(1, "seed", range(4))
 def test_the_broad_phase_leaves_nothing_out(seed: int, common: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     rng = np.random.default_rng(seed)

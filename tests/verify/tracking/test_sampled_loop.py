@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from flint import arb, arb_mat
 
+from tests.helpers.few import few_of
 from verify.data.airframe import load_airframe
 from verify.data.vehicle import load_vehicle
 from verify.tracking.loops import LoopChoice, heading_loop, lateral_loop, vertical_loop
@@ -42,7 +43,7 @@ def test_a_loop_that_does_not_settle_has_no_tail():
         kernels_of(scalar(1.01), 2000, 10)
 
 
-@pytest.mark.parametrize("make", [lateral_loop, vertical_loop, heading_loop])
+@few_of(3, "make", [lateral_loop, vertical_loop, heading_loop])
 @pytest.mark.parametrize("late", [0, 4, 10])
 def test_tails_of_the_vehicles_loops_cover_what_is_summed(make, late):
     loop = make(VEHICLE, AIRFRAME, LoopChoice(1.02, 1.01, late, 0.9))

@@ -105,6 +105,7 @@ def test_whatever_a_stage_meets_is_its_jobs_result_and_no_error_of_the_database(
         assert connection.execute("SELECT error FROM operation_outputs").fetchall() == [(None,)]
 
 
+@pytest.mark.slow
 def test_an_error_that_a_version_before_stored_in_the_place_of_a_result_is_passed_over(tmp_path: Path) -> None:
     async def check() -> None:
         job_id = await accepted(data)
@@ -150,6 +151,7 @@ def goes_on(health: Health) -> bool:
     return health.ok and not health.interrupted
 
 
+@pytest.mark.slow
 def test_the_service_tells_of_a_job_that_loops_until_it_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     async def check() -> None:
         async with service(data) as jobs:

@@ -95,6 +95,7 @@ def test_a_recording_is_kept_with_its_verdict(client: Client, flown: Submitted, 
         client.keep_recording(flown, bad).wait()
 
 
+@pytest.mark.slow  # an export goes with its flight, too
 def test_with_its_flight_goes_what_was_made_of_it(client: Client) -> None:
     flown = client.submit_text(ONE_HOOP.replace("1.0, 0.0, 1.2", "0.9, 0.1, 1.2")).wait()
     kept = client.campaign(flown, runs=2).wait()

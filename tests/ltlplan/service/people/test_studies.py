@@ -63,7 +63,7 @@ def test_faults_are_told_before_anything_is_submitted(client: Client, http: http
 
 
 def test_a_deleted_job_is_a_row_that_says_so(client: Client) -> None:
-    made = client.wait_study(client.study(client.check_mission(ONE_HOOP), "planner.samples", [21, 22]))
+    made = client.wait_study(client.study(client.check_mission(ONE_HOOP), "seed", [21, 1]))
     client.delete(made.members[0].figures.job)
     again = client.studied(made)
     assert [member.figures.state for member in again.members] == ["deleted", "done"]

@@ -9,6 +9,7 @@ from fractions import Fraction
 
 import pytest
 
+from tests.helpers.few import few_of
 from tests.helpers.timed_signals import Cells, drawn_formula, drawn_signal, truth_for_ever
 from tests.helpers.timelines import mission
 from verify.data.language.formula import TEMPORAL, Formula
@@ -264,7 +265,7 @@ def assert_no_flight_contradicts(seed: int, count: int, flights: int) -> None:
             assert not (verdict.outcome == "fails" and holds), (str(formula), line, signals)
 
 
-@pytest.mark.parametrize("seed", range(3))
+@few_of(1, "seed", range(3))
 def test_no_flight_of_laps_contradicts_the_verdict(seed: int) -> None:
     assert_no_flight_contradicts(seed, 40, 6)
 

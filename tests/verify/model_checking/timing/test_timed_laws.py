@@ -8,6 +8,7 @@ from fractions import Fraction
 
 import pytest
 
+from tests.helpers.few import few_of
 from tests.helpers.timed_signals import drawn_formula, drawn_signal, truth, truth_for_ever
 from verify.data.language.formula import Formula
 from verify.data.language.relaxation import relaxed
@@ -67,7 +68,7 @@ def test_time_may_be_counted_in_any_unit(laps: bool) -> None:
         assert judge.judge(_stretched(formula, factor), slack=False).outcome == one.outcome, (str(formula), line, factor)
 
 
-@pytest.mark.parametrize("laps", [False, True])
+@few_of(1, "laps", [False, True])
 def test_what_holds_of_a_flight_holds_later_of_one_that_is_later(laps: bool) -> None:
     """A flight that waits at its start, and what is asked after that wait, are judged as the flight itself is."""
     rng = random.Random(2 + laps)
@@ -83,7 +84,7 @@ def test_what_holds_of_a_flight_holds_later_of_one_that_is_later(laps: bool) -> 
             assert late.judge(Formula("!", (asked,)), slack=False).outcome in _OPPOSITE[verdict.outcome]
 
 
-@pytest.mark.parametrize("laps", [False, True])
+@few_of(1, "laps", [False, True])
 def test_flights_may_be_as_late_as_their_slack_says(laps: bool) -> None:
     rng, found = random.Random(10 + int(laps)), 0
     for _ in range(120):
@@ -105,7 +106,7 @@ def test_flights_may_be_as_late_as_their_slack_says(laps: bool) -> None:
     assert found > 5
 
 
-@pytest.mark.parametrize("seed", range(2))
+@few_of(1, "seed", range(2))
 def test_what_is_lost_is_kept_by_no_continuation(seed: int) -> None:
     rng, lost = random.Random(20 + seed), 0
     for _ in range(150):
