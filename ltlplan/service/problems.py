@@ -142,7 +142,7 @@ _ELSEWHERE = {
     "stopped-early": "ltlplan.logic.budget:StoppedEarly",
     "no-plan": "ltlplan.search.explanations.unsatisfiable_cores:NoPlan",
     "blocked": "ltlplan.paths.hoops.avoidance:Blocked",
-    "spline-blocked": "ltlplan.paths.hoops.sequencer:SplineBlocked",
+    "spline-blocked": "ltlplan.paths.hoops.spline_repair:SplineBlocked",
     "cost-error": "ltlplan.paths.costs:CostError",
     "solver-timeout": "refine.solvers.timeout:SolverTimeout",
     "out-of-time": "ltlplan.service.execution.resource_limits:OutOfTime",

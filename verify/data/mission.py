@@ -47,7 +47,7 @@ from verify.data.shapes.region import Hoop, Region
 from verify.data.storage.file_names import MissionName
 from verify.data.validation.faults import Fault, MissionError, sound_sections
 from verify.data.validation.missions import broken_rules
-from verify.data.value import Remembered, Value, plain
+from verify.data.value import Remembered, Value, plain, without_none
 from verify.data.vehicle import CLIMB_AND_LANDING, NamedVehicle, NotNegative, Vehicle
 
 MISSION_FORMAT = 1
@@ -386,7 +386,7 @@ def check_mission(mission: Mission, *, to_plan: bool = True) -> Mission:
     data = plain(mission)
     if _SOUND[to_plan].knows(mission, data):
         return mission.model_copy()
-    data = _without_none(data)
+    data = without_none(data)
     values, faults = sound_sections(data, Mission.model_fields)
     with np.errstate(all="ignore"):
         broken = broken_rules(values, data, to_plan=to_plan, installed=to_plan)
@@ -397,8 +397,3 @@ def check_mission(mission: Mission, *, to_plan: bool = True) -> Mission:
     sound = Mission.model_validate(values)
     _SOUND[to_plan].add(sound)
     return sound
-
-
-def _without_none(value: Any) -> Any:
-    """Leave out what is None: in a mission that says the same as leaving it out."""
-    return {key: _without_none(part) for key, part in value.items() if part is not None} if isinstance(value, dict) else value

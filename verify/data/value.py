@@ -140,3 +140,12 @@ def _values_within(value: BaseModel) -> int:
 def _digest(data: Mapping[str, object]) -> bytes:
     """Tell contents apart with the types of all their parts: a list is no tuple here, and NaN no number."""
     return hashlib.sha256(repr(data).encode("utf-8", "backslashreplace")).digest()
+
+
+def without_none(value: Any) -> Any:
+    """Leave out what is None: in a mission that says the same as leaving it out.
+
+    Args:
+        value: Of YAML: mappings are looked into, and all else is returned as it is.
+    """
+    return {key: without_none(part) for key, part in value.items() if part is not None} if isinstance(value, dict) else value
