@@ -306,11 +306,6 @@ class RobotTask:
     leaves: bool = True
 
     @property
-    def visits(self) -> tuple[Visit, ...]:
-        """Regions as they are entered, with actions; a robot that begins inside regions begins with visits of them."""
-        return self._log().visits
-
-    @property
     def end(self) -> AgentState:
         """State of the robot after its last visit's actions, still inside."""
         return self.moves[-1].end if self.moves else self.where
@@ -324,12 +319,7 @@ class RobotTask:
         return tuple(letters)
 
     def itinerary(self, world: World) -> Itinerary:
-        """Return what the robot does, with the word that it shows."""
-        log = self._log()
-        word = Word((world.letter(self.where), *self.ahead)).compressed()
-        return Itinerary(log.visits, word, stops=log.stops)
-
-    def _log(self) -> VisitLog:
+        """Return what the robot does, with the word that it shows; one that begins inside regions begins with visits of them."""
         log = self.where.log()
         for move in self.moves:
             for regions in move.regions:
@@ -340,4 +330,5 @@ class RobotTask:
                 log.act(action)
         if self.moves and self.leaves and (left := self.moves[-1].left) is not None:
             log.enter(left & self.end.inside)
-        return log
+        word = Word((world.letter(self.where), *self.ahead)).compressed()
+        return Itinerary(log.visits, word, stops=log.stops)

@@ -66,8 +66,7 @@ def _part(world: World, pilot: Pilot, itinerary: Itinerary) -> RobotTask:
     Raises:
         Unsatisfiable: No visits that a robot in flight makes show that word.
     """
-    stops = range(len(itinerary.visits)) if itinerary.stops is None else itinerary.stops
-    regions = tuple(itinerary.visits[stop].region for stop in stops)
+    regions = tuple(itinerary.visits[stop].region for stop in itinerary.all_stops)
     if pilot.where.inside:
         regions = regions[1:]
     moves = _showing(world, pilot.where, regions, itinerary.word.letters, first=True)

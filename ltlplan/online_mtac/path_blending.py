@@ -152,12 +152,6 @@ class GlidingPath:
                 result[order] += _BINOMIAL[order, k] * (by_time[k] @ moving[order - k])
         return result
 
-    def position(self, times: Floats) -> Floats:
-        """Return positions at nominal times, with the points where they will be once they have glided. Shape (n, 3)."""
-        if self.spline is None:
-            return np.broadcast_to(self.new[0], (len(times), 3))
-        return self.spline.sampling(np.clip(times, 0.0, self.duration)) @ self.new
-
 
 def gliding_path_of(plan: RobotPlan, spline: LeastSnapSpline | None = None, points: Floats | None = None) -> GlidingPath:
     """Return the course through a plan's waypoints, or through other points of its path at times of their own.

@@ -9,6 +9,7 @@ A team's laps begin together: each is as much longer as the robot hovers in it t
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -98,16 +99,10 @@ def presence_of(plan: Plan, robot: str, timeline: Timeline, lasts: float, laps: 
     for region in timeline.initial.keys() | {change.region for change in timeline.changes}:
         sure[region] = tuple(clock.stay(*span) for span in _spans(timeline, region, sure=True))
         possible[region] = tuple(clock.stay(*span) for span in _spans(timeline, region, sure=False))
-    shown: dict[str, list[tuple[float | None, float | None]]] = {}
-    since: float | None = None
-    before = timeline.internal
-    for action in timeline.actions:
-        for name in before:
-            shown.setdefault(name, []).append((since, float(action.time)))
-        before, since = action.propositions, float(action.time)
-    for name in before:
-        shown.setdefault(name, []).append((since, None))
-    for name, spans in shown.items():
+    times = [None, *(float(action.time) for action in timeline.actions), None]
+    internal = [timeline.internal, *(action.propositions for action in timeline.actions)]
+    for name in sorted(frozenset[str]().union(*internal)):
+        spans = (span for span, names in zip(itertools.pairwise(times), internal, strict=True) if name in names)
         sure[name] = possible[name] = tuple(clock.stay(*span) for span in spans)
     return Presence(sure, possible, clock.instant(lasts, last=lap is None), lap, clock.again)
 

@@ -76,10 +76,7 @@ class Requirements:
         resting: Collection[HoverPlace] = (),
     ) -> None:  # fmt: skip
         self._flight, self._error, self._reach = flight, clock_error, reach
-        self._low: list[float] = []
-        self._high: list[float] = []
-        self._whole: list[bool] = []
-        self._worth: list[float] = []
+        self._variables: list[tuple[float, float, bool, float]] = []  # least, greatest, whether whole, what 1 more costs
         self._rows: list[tuple[dict[int, float], float]] = []
         self._stretch = self._variable(*stretches, worth=-_WORTH[0])
         self._spare = self._variable(*_SPARE, worth=-_WORTH[1])
@@ -136,15 +133,15 @@ class Requirements:
 
     def solve(self) -> Times | None:
         """Return times that keep what is asked, the gentlest, with the shortest hovers; None where none were found."""
-        count = len(self._low)
         rows = [(i, j, share) for i, (shares, _) in enumerate(self._rows) for j, share in shares.items()]
         i, j, shares = (np.array(column) for column in zip(*rows, strict=True))
-        matrix = csr_array((shares, (i, j)), shape=(len(self._rows), count))
+        matrix = csr_array((shares, (i, j)), shape=(len(self._rows), len(self._variables)))
+        low, high, whole, worth = (np.array(column) for column in zip(*self._variables, strict=True))
         found = milp(
-            c=np.array(self._worth),
+            c=worth,
             constraints=LinearConstraint(matrix, ub=[most for _, most in self._rows]),  # pyright: ignore[reportArgumentType]  # SciPy takes sequences
-            bounds=Bounds(self._low, self._high),  # pyright: ignore[reportArgumentType]  # SciPy takes sequences
-            integrality=np.array(self._whole, dtype=int),
+            bounds=Bounds(low, high),  # pyright: ignore[reportArgumentType]  # SciPy takes arrays
+            integrality=whole.astype(int),
             options={"time_limit": _SECONDS},
         )
         if found.x is None:
@@ -154,11 +151,8 @@ class Requirements:
         return Times(float(found.x[self._stretch]), hovers, late)
 
     def _variable(self, low: float, high: float, *, whole: bool = False, worth: float = 0.0) -> int:
-        self._low.append(low)
-        self._high.append(high)
-        self._whole.append(whole)
-        self._worth.append(worth)
-        return len(self._low) - 1
+        self._variables.append((low, high, whole, worth))
+        return len(self._variables) - 1
 
     def _choice(self) -> int:
         return self._variable(0.0, 1.0, whole=True)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.search.cycles.cycle_places import CyclePlaces, Limits
 from ltlplan.search.cycles.reading import CycleReading, Terms
-from ltlplan.search.cycles.team_cycles import Course, TeamCycles, are_apart, may_begin, moves_along, staged, without_stays
+from ltlplan.search.cycles.team_cycles import Course, TeamCycles, are_apart, may_begin, moves_along, staged
 from ltlplan.search.cycles.team_readers import LetterReader, Reader, team_readers
 from ltlplan.search.cycles.team_system import TeamSystem, resting
 from ltlplan.search.problem import TIES
@@ -22,6 +22,7 @@ from ltlplan.search.reduced_graph import staying
 from ltlplan.search.team_reading import Found, least_highest
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Formula, Mission
+from verify.data.language.word import stutter_free
 
 MOST_PLACES = 20_000
 """Nodes of all robots, and places before their cycles, that are looked at."""
@@ -114,7 +115,7 @@ def cycles_below(
     system, prefix, cycle = best
     one_at_a_time = Course(system.initial, moves_along(system, prefix), moves_along(system, cycle))
     course = staged(system, readers, one_at_a_time, joint=joint)
-    prefixes, cycles = (tuple(map(without_stays, zip(*way, strict=True))) for way in (prefix, cycle))
+    prefixes, cycles = (tuple(map(stutter_free, zip(*way, strict=True))) for way in (prefix, cycle))
     return Below(TeamCycles(prefixes, cycles, course, least, ended and not effort.hasty, searches.expanded), least)
 
 

@@ -19,13 +19,14 @@ from ltlplan.logic.budget import Budget
 from ltlplan.logic.conjunction import conjuncts
 from ltlplan.logic.small_automata import small_automaton
 from ltlplan.search.cycles.lasso import LassoRun, begun_soonest, cheapest_lasso
-from ltlplan.search.cycles.team_cycles import TeamCycles, are_apart, may_begin, without_stays
+from ltlplan.search.cycles.team_cycles import TeamCycles, are_apart, may_begin
 from ltlplan.search.cycles.team_readers import closes_at_once, temporal_operators
 from ltlplan.search.problem import TIES
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Formula, Infeasible, Mission
 from verify.data.language.counting import written_out
 from verify.data.language.formula import FREE
+from verify.data.language.word import stutter_free
 
 MOST_SHARES = 512
 """Robots times sets of parts, for each of which a lasso is looked for."""
@@ -137,8 +138,8 @@ def share_out(
     ways = [(run.prefix, run.cycle) for run in chosen]
     if len(each) > 1:  # all begin their cycles together
         ways = _turned(mission, each, [begun_soonest(*way) for way in ways])
-    prefixes = tuple(without_stays((*prefix, cycle[0])) for prefix, cycle in ways)
-    cycles = tuple(without_stays((*cycle, cycle[0])) for _, cycle in ways)
+    prefixes = tuple(stutter_free((*prefix, cycle[0])) for prefix, cycle in ways)
+    cycles = tuple(stutter_free((*cycle, cycle[0])) for _, cycle in ways)
     certain = all(run.bound >= run.cost(repeat) - TIES for runs in own for run in runs.values())
     closing = [automaton for automaton in every if closes_at_once(automaton)]
     exact = certain and len(closing) == len(every) and all(map(closes_at_once, (*one, *(automaton for _, automaton in named))))

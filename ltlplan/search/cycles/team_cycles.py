@@ -230,11 +230,6 @@ def _place(mission: Mission, system: TransitionSystem, index: int) -> Point | No
     return node.position if node.position is not None else mission.all_regions[node.place].center
 
 
-def without_stays(way: Sequence[int]) -> tuple[int, ...]:
-    """Return a robot's nodes, each once as long as it stays there."""
-    return tuple(node for node, _ in itertools.groupby(way))
-
-
 def moves_along(system: TeamSystem, nodes: Sequence[Nodes]) -> tuple[Stage, ...]:
     """Return the moves between places at which all robots rest, each a stage; what a robot does where it is belongs to its last move."""
     found: list[Move] = []

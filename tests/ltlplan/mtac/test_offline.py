@@ -236,7 +236,7 @@ def test_words_of_an_itinerary_are_those_of_the_transition_system(fire):
         moves = [m for m in world.moves(where, first=not task.moves) if m.visit.region == region]
         task = replace(task, moves=(*task.moves, max(moves, key=lambda m: len(m.visit.actions))), leaves=True)
     shown = (world.letter(task.where), *task.ahead)
-    assert shown == word_of(fire, "quad0", task.visits).prefix
+    assert shown == word_of(fire, "quad0", task.itinerary(world).visits).prefix
 
 
 def test_robots_move_along_edges_only(fire):

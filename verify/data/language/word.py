@@ -5,10 +5,12 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import TypeVar
 
 from verify.data.errors import BadInput
 
 Letter = frozenset[str]
+_Shown = TypeVar("_Shown", Letter, int)
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,8 +58,8 @@ class Word:
         return text
 
 
-def stutter_free(letters: Iterable[Letter]) -> tuple[Letter, ...]:
-    """Return letters without immediate repetitions."""
+def stutter_free(letters: Iterable[_Shown]) -> tuple[_Shown, ...]:
+    """Return letters, or nodes that show them, without immediate repetitions."""
     return tuple(letter for letter, _ in itertools.groupby(letters))
 
 
