@@ -16,7 +16,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import ltlplan
 from ltlplan.logic.conjunction import conjunct_automaton
-from ltlplan.search.exact import assign
+from ltlplan.search.exact import assign, under_precedences
 from tests.helpers.apart_missions import goals, parcels, patrol, show
 from tests.helpers.benchmarks import run_benchmark
 from tests.helpers.worlds import world
@@ -76,10 +76,11 @@ def come_apart(robots: int, count: int) -> None:
     missions |= {
         f"{count} goals, one robot, {'on a grid' if seed == 0 else f'seed {seed}'}": goals(count, seed) for seed in range(6)
     }
-    for name, mission in missions.items():
+    own = {f"three parcels under `own` and precedences, {n} robots": parcels(n, team="own") for n in (2, 6) if n <= robots}
+    for name, mission in (missions | own).items():
         conjunct_automaton.cache_clear()
         begin = time.process_time()
-        plan = ltlplan.plan(mission)
+        plan = ltlplan.plan(mission, method=under_precedences if name in own else None)
         taken = time.process_time() - begin
         print(f"| {name} | {taken:.2f} s | {plan.cost:.2f} | {'yes' if plan.complete else 'no'} |")
 

@@ -55,7 +55,7 @@ def patrol(robots: int) -> Mission:
     return _mission("G F n00 & G F n30 & G F n03 & G F n33", grid, starts, trace="infinite", repeat=2)
 
 
-def parcels(robots: int) -> Mission:
+def parcels(robots: int, *, team: str = "joint") -> Mission:
     """Return three parcels that robots, all alike, carry to three desks, and not through a public place."""
     regions = {
         "p": (0, 3, 1, 0.3),
@@ -66,7 +66,7 @@ def parcels(robots: int) -> Mission:
     }
     brought = " & ".join(f"F(p & carry & (carry U (d{k} & !carry)))" for k in range(3))
     starts = [(i - 2.5, -1.5, 1.0) for i in range(robots)]
-    return _mission(f"{brought} & G(carry -> !public)", regions, starts, more=_PARCELS)
+    return _mission(f"{brought} & G(carry -> !public)", regions, starts, more=_PARCELS, team=team)
 
 
 def goals(count: int, seed: int) -> Mission:

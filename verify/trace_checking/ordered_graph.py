@@ -44,8 +44,17 @@ class _Ordered:
 class OrderedTurns(_Ordered):
     """One robot's letter at a time: a letter is read at least once before its robot goes on, and as often as one likes.
 
-    A state is (index of every robot's letter, bits): bit r says that robot r's letter has been read.
+    A state is (index of every robot's letter, bits): bit r says that robot r's letter has been read. Of robots that are alike the first ones
+    are never behind the others: those can change places from where they are equally far.
+
+    Args:
+        words: Each robot's letters.
+        before: What each event waits for.
     """
+
+    def __init__(self, words: Sequence[Sequence[Letter]], before: Before) -> None:
+        super().__init__(words, before)
+        self.ahead = {after: robot for alike in alike_robots(self.words, before) for robot, after in itertools.pairwise(alike)}
 
     def initial(self) -> Iterator[Step]:
         """Yield the beginning, when nobody has been read."""
@@ -55,10 +64,16 @@ class OrderedTurns(_Ordered):
         """Read any robot, or let one go on."""
         nodes, bits = state
         for robot, word in enumerate(self.words):
-            bit = 1 << robot
-            yield Observation(robot, word[nodes[robot]], nodes), (nodes, bits | bit)
-            if bits & bit and self.ready(nodes, robot):
+            bit, may_go_on = 1 << robot, self._is_behind(state, robot)
+            if bits & bit or may_go_on:
+                yield Observation(robot, word[nodes[robot]], nodes), (nodes, bits | bit)
+            if bits & bit and may_go_on and self.ready(nodes, robot):
                 yield None, ((*nodes[:robot], nodes[robot] + 1, *nodes[robot + 1 :]), bits & ~bit)
+
+    def _is_behind(self, state: tuple[tuple[int, ...], int], robot: int) -> bool:
+        """Tell whether a robot is not as far as the one before it of those that are alike, if there is one."""
+        (nodes, bits), other = state, self.ahead.get(robot)
+        return other is None or (nodes[robot], bits >> robot & 1) < (nodes[other], bits >> other & 1)
 
     def is_final(self, state: tuple[tuple[int, ...], int]) -> bool:
         """Return whether all have been read in their last letters."""

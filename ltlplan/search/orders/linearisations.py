@@ -7,7 +7,7 @@ not, the one that is easiest to fly and asks least. Then each that can be done w
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from ltlplan.logic.automaton import DEAD
@@ -78,6 +78,7 @@ class Linearisations:
         """Return a team word that keeps precedences and breaks one conjunct; None where all of them satisfy it.
 
         Robots that neither matter to it nor are in a precedence stay at their first letters, which show it the same as all others of theirs.
+        Of robots that are alike to it, the first one is never behind the others.
 
         Args:
             index: The conjunct's.
@@ -87,18 +88,27 @@ class Linearisations:
             TooLarge: There are too many team words.
         """
         part, before = self.marks.parts[index], dict[Event, list[Event]]()
-        for first, then in pairs:
-            before.setdefault(then, []).append(first)
         movers = self.robots(index).union(robot for pair in pairs for robot, _ in pair)
-        ends = tuple(len(word) - 1 if robot in movers else 0 for robot, word in enumerate(self.words))
+        named = {event for pair in pairs for event in pair}
+        places = [self._told_apart(index, robot, named) if robot in movers else [0] for robot in range(len(self.words))]
+        words = [[word[place] for place in own] for word, own in zip(self.words, places, strict=True)]
+        for first, then in (((robot, places[robot].index(place)) for robot, place in pair) for pair in pairs):
+            before.setdefault(then, []).append(first)
+        ends = tuple(len(word) - 1 for word in words)
         readers = [0] if self.joint else sorted(movers)
-        start, unread = (0,) * len(self.words), sum(1 << reader for reader in readers)
+        start, unread = (0,) * len(words), sum(1 << reader for reader in readers)
+        ahead = {} if self.joint else self._ahead(index, words, before)
+
+        def is_behind(robot: int, at: At, unread: int) -> bool:
+            other = ahead.get(robot)
+            return other is None or (at[robot], unread >> other & 1) < (at[other], unread >> robot & 1)
 
         def following(node: _Node) -> Iterator[tuple[int | None, _Node]]:
             at, state, unread = node
-            letters = self._reading.letters(tuple(word[place] for word, place in zip(self.words, at, strict=True)))
+            letters = self._reading.letters(tuple(word[place] for word, place in zip(words, at, strict=True)))
             for reader, letter in ((who, own) for who in readers for own in letters[who]):
-                yield reader, (at, part.step(state, letter), unread & ~(1 << reader))
+                if not unread >> reader & 1 or is_behind(reader, at, unread):
+                    yield reader, (at, part.step(state, letter), unread & ~(1 << reader))
             ready = [
                 robot
                 for robot, place in enumerate(at)
@@ -108,7 +118,10 @@ class Linearisations:
             ]
             if not self.joint:
                 for robot in ready:
-                    yield None, ((*at[:robot], at[robot] + 1, *at[robot + 1 :]), state, unread | 1 << robot)
+                    if is_behind(robot, at, unread):
+                        place = at[robot] + 1
+                        bit = 0 if self._reading.is_idle(words[robot][place], index) else 1 << robot
+                        yield None, ((*at[:robot], place, *at[robot + 1 :]), state, unread | bit)
                 return
             for choice in itertools.product((0, 1), repeat=len(ready)):  # any of them at one instant
                 if any(choice):
@@ -119,25 +132,44 @@ class Linearisations:
 
         def successors(label: Label[_Node]) -> Iterator[Label[_Node]]:
             for reader, node in () if part.finished(label.state[1]) else following(label.state):
-                yield Label(node, (), 0.0, (), label, reader)
+                yield Label(node, (), 0.0, (-sum(node[0]),), label, reader)
 
         first = (
-            Label[_Node]((start, part.step(part.initial, letter), unread & ~(1 << reader)), (), 0.0, (), None, reader)
-            for reader, own in enumerate(self._reading.letters(tuple(word[0] for word in self.words)))
+            Label[_Node]((start, part.step(part.initial, letter), unread & ~(1 << reader)), (), 0.0, (0,), None, reader)
+            for reader, own in enumerate(self._reading.letters(tuple(word[0] for word in words)))
             for letter in own
         )
-        search = ParetoSearch(first, successors)  # nothing is paid: each node comes once, the shortest way to it
+        search = ParetoSearch(first, successors)  # nothing is paid: each node comes once, those near the end first
         for label in search:
             at, state, unread = label.state
             if state == DEAD or (at == ends and not unread and not part.accepting(state)):
                 path = label.path()
                 read = [each.step for each in path if isinstance(each.step, int)]
-                return BreakingWord(
-                    index, tuple(at for at, _ in itertools.groupby(each.state[0] for each in path)), (read or [0])[-1]
-                )
+                way = [tuple(own[place] for own, place in zip(places, each.state[0], strict=True)) for each in path]
+                return BreakingWord(index, tuple(at for at, _ in itertools.groupby(way)), (read or [0])[-1])
             if search.reached > MOST_STEPS:
                 raise TooLarge("Trying all orders of some robots' events takes", search.reached, "steps", MOST_STEPS)
         return None
+
+    def _told_apart(self, index: int, robot: int, named: Collection[Event]) -> list[int]:
+        """Return the letters of a robot, by index, without those that are to one conjunct like the one before; those of named events stay."""
+        word = self.words[robot]
+        if self.joint:
+            return list(range(len(word)))
+        later = (i for i in range(1, len(word)) if (robot, i) in named or not self._reading.alike(index, word[i - 1], word[i]))
+        return [0, *later]
+
+    def _ahead(self, index: int, words: Sequence[Sequence[Shown]], before: Mapping[Event, Sequence[Event]]) -> dict[int, int]:
+        """Return, for robots that are alike to one conjunct and its precedences, the one before each."""
+        last, found = dict[Hashable, int](), dict[int, int]()
+        for robot, word in enumerate(words):
+            waits = frozenset((i, other) for i in range(len(word)) for other in before.get((robot, i), ()))
+            waited = frozenset((i, then) for then, firsts in before.items() for who, i in firsts if who == robot)
+            key = (tuple(self._reading.effects(index, letter) for letter in word), waits, waited)
+            if key in last:
+                found[robot] = last[key]
+            last[key] = robot
+        return found
 
 
 def needed_orders(words: Linearisations, order: Sequence[Event], names: Names) -> dict[Pair, Precedence] | None:

@@ -10,6 +10,7 @@ an event leads from a node to its twin.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
@@ -18,7 +19,9 @@ from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.search.counting.counting_propositions import Marks
 from ltlplan.search.label_setting import distances
 from ltlplan.search.orders.event_names import Event, Names
+from ltlplan.search.orders.helped_robots import HelpedRobots
 from ltlplan.search.orders.linearisations import Linearisations, needed_orders
+from ltlplan.search.orders.one_after_another import OneAfterAnother
 from ltlplan.search.orders.reading import Course, EventReading, is_event, shown_by
 from ltlplan.search.orders.state_sets import Reading, Shown, shown_at
 from ltlplan.search.problem import TIES, Problem
@@ -30,6 +33,8 @@ MOST_STATES = 10_000
 """States of a search over interleavings that are expanded before it says that it cannot tell."""
 _SHARE = 4
 """Share of them, one in so many, that smaller systems are searched for: there are more events, and mostly they answer at once or not at all."""
+_LARGE = 200_000
+"""Nodes of all robots together, beyond which robots fly one after another if that is enough."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,12 +46,14 @@ class OrderedPlan:
         precedences: All team words that keep them satisfy the formula.
         cost: Sum over the robots.
         reached: States that were seen.
+        bound: No such plan costs less.
     """
 
     paths: tuple[tuple[int, ...], ...]
     precedences: tuple[Precedence, ...]
     cost: float
     reached: int
+    bound: float
 
 
 def plan(problem: Problem) -> Allocation | None:
@@ -67,7 +74,7 @@ def plan(problem: Problem) -> Allocation | None:
         return [robot.cost for robot in problem.itineraries(plan.paths).values()]
 
     total = sum(costs(found))
-    least = max(0.0, total - TIES)
+    least = max(0.0, min(total, found.bound) - TIES)
     notes = [
         "No words hold in every order of the robots; these hold under the plan's precedences: every team word that keeps them satisfies "
         f"the formula. The search reached {found.reached:,} states of all robots together."
@@ -78,7 +85,7 @@ def plan(problem: Problem) -> Allocation | None:
         total = max(costs(found))
     complete = total <= least + 3 * TIES
     if not complete:
-        notes.append("A plan whose dearest robot costs less may exist.")
+        notes.append(f"A plan {'whose dearest robot costs' if problem.longest else 'that costs'} less may exist.")
     robots, said = problem.itineraries(found.paths), (*notes, *problem.systems.unclear())
     return Allocation(
         robots=robots, cost=total, lower_bound=least, complete=complete, notes=said, precedences=found.precedences
@@ -128,9 +135,17 @@ class OrderedTeam:
             TooLarge: The budget was used up; nothing is known.
             Infeasible: There is such a plan, but its precedences cannot be said of visits and their actions.
         """
+        is_large = math.prod(len(system.labels) for system in self._systems) > _LARGE
+        if is_large and (found := self._one_after_another(budget)) is not None:
+            return found
         if not self._may_be_possible(budget):
             return None
-        course = self._events(self._systems).cheapest(budget)
+        try:
+            course = self._events(self._systems).cheapest(budget)
+        except TooLarge:
+            if is_large or (found := self._one_after_another(budget)) is None:
+                raise
+            return found
         found = course and self._ordered(course)
         if course is None or found is not None:
             return found
@@ -143,12 +158,35 @@ class OrderedTeam:
             )
         return found
 
+    def _one_after_another(self, budget: Budget) -> OrderedPlan | None:
+        """Return the cheapest plan found in which robots fly one after another, each of them as the last one; None where there is none.
+
+        Raises:
+            TooLarge: There are too many team words.
+        """
+        if self._reading.joint:
+            return None
+        systems, robots = [_leaving_after_actions(system) for system in self._systems], range(len(self._systems))
+        orders = ([*(other for other in robots if other != last), last] for last in reversed(robots))
+        turns = OneAfterAnother(systems, self._shown, self._reading)
+        found = [turns.cheapest(order, budget) for order in orders]
+        courses = sorted((course for course in found if course is not None), key=lambda course: course.cost)
+        plans = (self._ordered(course, bound=self._least()) for course in courses)
+        return next((plan for plan in plans if plan is not None), None)
+
+    def _least(self) -> float:
+        """Return what all robots pay at the least, each with the help of all others, under `own`."""
+        start = tuple(system.initial for system in self._systems)
+        known = self._reading.begin(tuple(own[node] for own, node in zip(self._shown, start, strict=True)))
+        helped = HelpedRobots(self._systems, self._shown, self._reading)
+        return 0.0 if known is None else sum(helped.left(robot, node, known) for robot, node in enumerate(start))
+
     def of_least_highest(self, budget: Budget, below: float) -> tuple[OrderedPlan | None, float]:
         """Return a plan whose robot with the highest cost pays less than a limit, if one is found, and what that is at the least in all."""
         course, bound = self._events(self._systems).of_least_highest(budget, below)
         return course and self._ordered(course), min(bound, below)
 
-    def _ordered(self, course: Course) -> OrderedPlan | None:
+    def _ordered(self, course: Course, *, bound: float | None = None) -> OrderedPlan | None:
         """Return a course with few of its precedences; None where they cannot be said of visits and their actions."""
         words, order = words_and_order(self._marks, self._systems, course.steps)
         paths = [[system.initial] for system in self._systems]
@@ -159,7 +197,7 @@ class OrderedTeam:
         if pairs is None:
             return None
         kept = tuple(dict.fromkeys(pairs.values()))
-        return OrderedPlan(tuple(map(tuple, paths)), kept, course.cost, course.reached)
+        return OrderedPlan(tuple(map(tuple, paths)), kept, course.cost, course.reached, course.cost if bound is None else bound)
 
 
 def _leaving_after_actions(system: TransitionSystem) -> TransitionSystem:

@@ -92,6 +92,11 @@ class Reading:
         """Tell whether every team word that ends here satisfies the formula."""
         return all(part.accepting(at) for part, at in zip(self._parts, known, strict=True))
 
+    @memoized
+    def states(self, known: Known) -> tuple[frozenset[int], ...]:
+        """Return for each conjunct the states that are possible once everybody has been read."""
+        return tuple(part.states(at) for part, at in zip(self._parts, known, strict=True))
+
     def some_word(self, shown: Sequence[Sequence[Shown]]) -> bool:
         """Tell whether letters that robots can show satisfy the formula in some order, wherever robots are; True where there are many.
 
@@ -116,11 +121,43 @@ class Reading:
                 return True
         return False
 
-    def is_idle(self, shown: Shown) -> bool:
-        """Tell whether it makes no difference that a robot which goes on showing the same is read again."""
+    def is_idle(self, shown: Shown, index: int | None = None) -> bool:
+        """Tell whether it makes no difference that a robot which goes on showing the same is read again.
+
+        Args:
+            shown: By the robot.
+            index: Of the conjunct to which it makes none; None for all of them.
+        """
         if self.joint:
             return True
-        return all(part.is_idle(self.marks.letter(own)) for own in shown for part in self._parts)
+        parts = self._parts if index is None else [self._parts[index]]
+        return all(part.is_idle(self.marks.letter(own)) for own in shown for part in parts)
+
+    @memoized
+    def effects(self, index: int, shown: Shown) -> frozenset[tuple[int, ...]]:
+        """Return what each letter that a robot may show does to the states of one conjunct, by its index, under `own`."""
+        part = self._parts[index].part
+        letters = {self.marks.letter(sums) & part.mask for sums in shown}
+        return frozenset(tuple(part.step(state, letter) for state in part.domain) for letter in letters)
+
+    def effect(self, shown: Shown) -> tuple[frozenset[tuple[int, ...]], ...]:
+        """Return what each letter that a robot may show does to the states of each conjunct, under `own`."""
+        return tuple(self.effects(index, shown) for index in range(len(self._parts)))
+
+    @memoized
+    def alike(self, index: int, one: Shown, other: Shown) -> bool:
+        """Tell whether it makes no difference to one conjunct, under `own`, whether a robot comes from a letter to another or stays there.
+
+        Args:
+            index: The conjunct's.
+            one: Letter of the robot.
+            other: The one that it comes to.
+        """
+        effects = self.effects(index, one)
+        place = {state: at for at, state in enumerate(self._parts[index].part.domain)}
+        return effects == self.effects(index, other) and all(
+            own[place[state]] == state for own in effects for state in own if state != DEAD
+        )
 
     def matters(self, index: int, shown: Sequence[Shown]) -> bool:
         """Tell whether it can make a difference to one conjunct when a robot shows what.
@@ -184,6 +221,10 @@ class _Possibilities:
     def accepting(self, number: int) -> bool:
         """Tell whether all that is possible once everybody has been read is accepting."""
         return all(unread or self.part.accepting(state) for state, unread in self._sets.known[number])
+
+    def states(self, number: int) -> frozenset[int]:
+        """Return what is possible once everybody has been read."""
+        return frozenset(state for state, unread in self._sets.known[number] if not unread)
 
     @memoized
     def _cut(self, letters: _Letters) -> _Letters:

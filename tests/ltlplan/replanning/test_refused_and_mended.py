@@ -56,6 +56,12 @@ limits: {speed: 1.0}
 workspace: {min: [-4, -4, 0.2], max: [4, 4, 2]}
 """
 )
+WATCHED = (
+    DELIVERIES.replace("robot:\n  initial", "robots:\n  watcher: {initial: idle, states: {idle: []}}\n  carrier:\n    initial")
+    .replace("\n  states:", "\n    states:")
+    .replace("\n  actions:", "\n    actions:")
+    .replace("1.5, 1]}, r1: {", "1.5, 1], robot: carrier}, r1: {robot: watcher, ")
+)
 
 MOAT = (
     HEAD
@@ -170,7 +176,7 @@ def test_flights_within_a_short_endurance_are_certified_as_fast_as_limits_allow(
 def test_a_refusal_under_own_names_the_letter_and_the_reading_that_has_a_plan() -> None:
     said = list[str]()
     with pytest.raises(NotCertified, match=r"r\d's letter \{.*\} breaks `F .*Under `team: joint`.*a plan exists") as caught:
-        ltlplan.run(parse_mission(DELIVERIES), progress=lambda sentence, _: said.append(sentence))
+        ltlplan.run(parse_mission(WATCHED), progress=lambda sentence, _: said.append(sentence))
     assert "Whatever robots wait for" in str(caught.value)
     assert not any("round 2" in sentence for sentence in said), "no other times are tried of words that no times mend"
 

@@ -142,3 +142,15 @@ def test_robots_that_are_alike_are_followed_as_how_many(seed: int, cases: int) -
         verdict = check_ordered(formula, words, pairs, "joint")
         found = broken(formula, words, pairs, "joint", 9)
         assert (verdict.outcome == "fails") == (found is not None or "circle" in verdict.sentence), (str(formula), words, pairs)
+
+
+@pytest.mark.parametrize(("seed", "cases"), [(0, 12), pytest.param(1, 600, marks=pytest.mark.slow)])  # each team is written out
+def test_robots_that_are_alike_go_on_one_after_another_under_own(seed: int, cases: int) -> None:
+    most = 7
+    for formula, words, pairs in _teams_of_equals(seed, cases):
+        if sum(map(len, words.values())) <= most - 1:
+            verdict = check_ordered(formula, words, pairs, "own")
+            found = broken(formula, words, pairs, "own", most)
+            if found is not None or len(verdict.readings()) <= most:
+                fails = found is not None or "circle" in verdict.sentence
+                assert (verdict.outcome == "fails") == fails, (str(formula), words, pairs)
