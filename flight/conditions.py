@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Literal, TypedDict, Unpack, get_args
 
@@ -12,8 +13,9 @@ from flight.model.airframe import Airframe
 from flight.model.disturbances import Wind
 from flight.model.full import FullModel
 from flight.model.plant import AIRFRAME_MODELS, AirframeModel
-from flight.model.sensing import MotionCapture
+from flight.model.sensing import CLIP, MotionCapture
 from verify.data import BadInput, Mission, Vehicle
+from verify.data.disturbance import Disturbance
 from verify.data.errors import did_you_mean
 
 Estimator = Literal["ekf", "kalman"]
@@ -168,6 +170,9 @@ CAMERAS = MotionCapture(delay=0.015)
 def conditions_of(mission: Mission) -> Conditions:
     """Return what a mission's margin is meant for: its vehicles' own controllers and estimators, in a laboratory's air and view.
 
+    A mission that states disturbances is flown within these: in their wind, seen as late and as far off as they let cameras and sensors be. A controller
+    on the ground then knows the true state, as no estimator is in the model of the proof.
+
     Args:
         mission: Says what flies.
 
@@ -178,4 +183,19 @@ def conditions_of(mission: Mission) -> Conditions:
     followers = {controller_name(vehicle): controller_of(vehicle) for vehicle in vehicles}
     alone = next(iter(followers.values()))
     together = len(followers) > 1 or isinstance(alone, OnBoardController)
-    return Conditions(LABORATORY, CAMERAS, controller=PROFILES if together else alone)
+    controller = PROFILES if together else alone
+    if (told := mission.disturbance) is None:
+        return Conditions(LABORATORY, CAMERAS, controller=controller)
+    return Conditions(Wind((told.wind, 0.0, 0.0)), _cameras(told) if together else None, controller=controller)
+
+
+def _cameras(told: Disturbance) -> MotionCapture:
+    """Return motion capture and sensors whose errors stay within stated ones."""
+    most = CLIP * math.sqrt(3.0)
+    return MotionCapture(
+        noise=told.position / most,
+        delay=told.latency[1],
+        dropout=0.0,
+        attitude_noise=told.attitude / most,
+        rate_noise=told.gyroscope / most,
+    )

@@ -64,6 +64,7 @@ ENTRIES = (
           ("online firefighting --certified --event '1 quad2 fails' --event '2.8 loc2 moves -0.5,0.3,1.1' --out run",)),
     Entry("campaign", FLIGHT, "How far do robots stray in wind, over a hundred flights?",
           ("run firefighting --out run", "campaign run --runs 100 --wind 0.3+0.1 --out many"), "many/campaign.html"),
+    _run("proved-inspection", FLIGHT, "How near to their plans are two robots proved to stay in light air?", "proved-inspection"),
     Entry("recording", FLIGHT, "Did the robots that were recorded do what was proved?",
           ("run room-with-a-window.yaml --out run", "fly run --link simulated --out flown",
            "certify run --flight flown/live.csv --start 0 --max-speed 1.5 --report judged.html"), "judged.html"),

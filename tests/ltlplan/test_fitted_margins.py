@@ -6,8 +6,11 @@ from types import SimpleNamespace
 
 import pytest
 
+import ltlplan
 from ltlplan import pipeline
+from ltlplan.logic.budget import DEFAULT_BUDGET
 from tests.helpers.flights import small_mission
+from verify import recheck
 from verify.data import NotCertified, parse_mission
 from verify.data.airframe import load_airframe
 from verify.data.disturbance import Disturbance
@@ -22,7 +25,8 @@ def fitted(monkeypatch, bounds, **told):
     """Return the margins that are tried, and the one that is taken, where flights at a margin have some bound."""
     tried: list[float] = []
 
-    def certified_team(mission, progress):
+    def certified_team(mission, progress, budget):
+        del budget
         tried.append(mission.margin)
         bound = bounds(mission.margin)
         if bound is not None and bound <= mission.margin:
@@ -33,7 +37,7 @@ def fitted(monkeypatch, bounds, **told):
 
     monkeypatch.setattr(pipeline, "certified_team", certified_team)
     mission = small_mission("F a", margin=0.05).changed(disturbance=TOLD.changed(**{"fitted": True, **told}))
-    taken = pipeline._certified(mission, lambda mission, progress: mission, lambda sentence, share: None)
+    taken = pipeline._certified(mission, lambda mission, progress: mission, lambda sentence, share: None, DEFAULT_BUDGET)
     return tried, taken.certificate.margin
 
 
@@ -73,3 +77,14 @@ def test_margin_auto_is_read_where_disturbances_are_stated():
     alone = mission_to_yaml(small_mission("F a", margin=0.05))
     with pytest.raises(MissionError, match="needs `disturbance`"):
         parse_mission(alone.replace("margin: 0.05\n", "margin: auto\n"))
+
+
+@pytest.mark.slow
+def test_the_shipped_mission_is_proved_at_the_margin_that_its_proof_allows(tmp_path):
+    result = ltlplan.run("proved-inspection", tmp_path / "run")
+    assert result.certificate.tube == "proved"
+    bounds = [claim.bound for claim in result.certificate.claims if claim.name == "tracking"]
+    assert len(bounds) == 2
+    assert result.certificate.margin - 0.001 < max(bounds) <= result.certificate.margin == 0.005
+    assert 0.0 < result.log.worst_error() < max(bounds), "within the stated disturbances"
+    assert recheck(tmp_path / "run").tube == "proved"

@@ -22,7 +22,9 @@ from flight.onboard_simulation.rotor_plant import RotorPlant
 from tests.helpers.few import few_of
 from tests.helpers.stand_ins import hop, mission, rest_to_rest
 from verify.data import BadInput, load_vehicle, shipped_vehicles
+from verify.data.airframe import load_airframe
 from verify.data.autopilot import MellingerGains, load_autopilot, shipped_autopilots
+from verify.data.disturbance import Disturbance
 
 KINDS = ("mellinger", "lee", "pid", "geometric")
 
@@ -173,6 +175,20 @@ def test_a_mission_is_flown_by_whom_its_vehicles_name():
     own = mission().model_copy(update={"vehicle": mission().vehicle.changed(name="homemade", controller=None, autopilot=None)})
     assert not flight.conditions_of(own).on_board
     assert flight.conditions_of(own).estimator == "kalman"
+
+
+def test_a_mission_that_states_disturbances_is_flown_within_them():
+    told = Disturbance(
+        airframe=load_airframe("crazyflie-2.1"), wind=0.05, position=0.0007, latency=(0.0, 0.01), gyroscope=0.004
+    )
+    on_board = flight.conditions_of(mission().changed(disturbance=told))
+    assert on_board.wind is not None
+    assert (on_board.wind.speed, on_board.wind.gust) == (0.05, 0.0)
+    assert on_board.noise is not None
+    assert on_board.noise.bound == pytest.approx(told.position)
+    assert on_board.noise.delay == told.latency[1]
+    ground = mission().vehicle.changed(controller="geometric")
+    assert flight.conditions_of(mission().changed(disturbance=told, vehicle=ground)).noise is None
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from ltlplan.missions import shipped_missions
-from tests.work import counted, wanted
+from tests.work_counts import counted, wanted
 
 QUICK = ("firefighting",)
 

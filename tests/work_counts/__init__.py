@@ -2,7 +2,7 @@
 
 `counts.json` holds, for each shipped mission, how often refinement asked its engines: the greatest of two kinds of processors, whose
 paths differ in the last digits. A change that needs more than a tenth more fails `test_work`; whoever means it writes the file anew
-(`python -m tests.work`) and says why. `tests/benchmarks/shipped.py` times the same missions.
+(`python -m tests.work_counts`) and says why. `tests/benchmarks/shipped.py` times the same missions.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ltlplan.missions import shipped_missions
-from tests.work import write
+from tests.work_counts import write
 
 if __name__ == "__main__":
     write(sorted(shipped_missions()))
