@@ -6,7 +6,6 @@ from functools import lru_cache
 
 from ltlplan.logic.signed_parts import signed_parts
 from verify.data import Formula, Mission
-from verify.data.language.lasting import lasting_regions
 
 _Names = frozenset[tuple[str, str]]
 """Propositions, each with the robot whose it is; of any robot where that is empty."""
@@ -26,13 +25,3 @@ def regions_to_avoid(mission: Mission, robot: str) -> frozenset[str]:
 def _losing(formula: Formula) -> _Names:
     parts = (node for node, gains in signed_parts(formula, counted=False) if not gains and node.operator == "name")
     return frozenset((node.name, node.robot) for node in parts)
-
-
-def forbidden_regions(mission: Mission, robot: str) -> frozenset[str]:
-    """Return the regions that a robot may never be in, as conjuncts `G` of the formula say.
-
-    Args:
-        mission: Whose formula.
-        robot: The robot's name.
-    """
-    return lasting_regions(mission, robot, inside=False) & mission.regions.keys()

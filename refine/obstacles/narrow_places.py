@@ -106,8 +106,12 @@ def narrow_place(mission: Mission, robots: Sequence[RobotPlan], names: Sequence[
     narrowest = stretch[found.across[stretch] <= found.across[stretch].min() + _RAY]
     at = narrowest[len(narrowest) // 2]
     length = float(np.linalg.norm(np.diff(way[stretch], axis=0), axis=1).sum())
-    ends = [np.linalg.norm(way[stretch] - np.array(robot.waypoints[-1].position), axis=1).min() for robot in robots]
-    ending = tuple(name for name, end in zip(names, ends, strict=True) if end <= _STEP)
+    lasts = {
+        name: np.array(robot.waypoints[-1].position)
+        for name, robot in zip(names, robots, strict=True)
+        if robot.cycle_visit is None
+    }
+    ending = tuple(name for name, last in lasts.items() if np.linalg.norm(way[stretch] - last, axis=1).min() <= _STEP)
     x, y, z = way[at].tolist()
     needed = float(np.sqrt(max(kept.at_rest**2 - found.upright[at] ** 2, 0.0)))
     sides = float(found.sides[at])

@@ -23,6 +23,7 @@ class Refused:
         obstacles: As above.
         says: Pieces of the sentence.
         team: How words are read.
+        trace: Whether robots fly for ever.
         more: Other keys of the mission.
         never: Pieces that the sentence has not.
     """
@@ -33,6 +34,7 @@ class Refused:
     regions: str = ""
     obstacles: str = ""
     team: str = "joint"
+    trace: str = "finite"
     more: str = ""
     never: tuple[str, ...] = ()
 
@@ -41,7 +43,7 @@ class Refused:
         """The mission file."""
         return f"""format: 1
 name: refused
-spec: {{formula: "{self.formula}", team: {self.team}}}
+spec: {{formula: "{self.formula}", team: {self.team}, trace: {self.trace}}}
 regions: {{{self.regions}}}
 obstacles: {{{self.obstacles}}}
 agents: {{{self.agents}}}
@@ -200,6 +202,39 @@ CASES = {
     "a link between parts of a room hardly lets one of two robots through": Refused(
         "each(F right) & G all(room)", f"a: {_at(-1.5, 0.4)}, b: {_at(-1.5, -0.4)}", ("Around (", "within 'room'", "asks for 0.05 m", "a wider 'room'"),
         f"{_between('right', 1.4, 0, 0.9, 1.2)}, {_linked(0.1)}",
+    ),
+    "robots are counted behind a door that is too narrow": Refused(
+        "F(count(right) >= 2)", _TWO, ("right can only be reached between", "'north'", "0.2 m apart", "needs 0.24 m"), _between("right", 1.4, 0, 0.9, 1.2), _walls(0, 0.1, 0.2),
+        never=("each waits",),
+    ),
+    "one of two robots is asked for behind a wall": Refused(
+        "F a.right & F b.left", f"a: {_at(-1.5, 0.5)}, b: {_at(-1.5, -0.5)}", ("No way of any width leads to right", "'wall' stands between"), f"{_LEFT}, {_RIGHT}",
+        f"wall: {_box(0, 0, 0.1, 2.4)}", never=("each waits",),
+    ),
+    "counted robots would have to pass a forbidden region": Refused(
+        "F(count(right) >= 1) & G(count(strip) <= 0)", _TWO, ("`F count(right) >= 1` needs strip",), f"{_RIGHT}, strip: {_box(0, 0, 0.3, 0.6)}", _walls(0, 0.1, 0.5),
+        never=("each waits",),
+    ),
+    "no edge leads to what is counted": Refused(
+        "F(count(right) >= 1)", _TWO, ("No robot can reach right", "With the edge robot - right added"), f"{_RIGHT}, {_LEFT}", more="environment: {edges: [[robot, left]]}",
+    ),
+    "counted robots are asked into a region that is too thin": Refused(
+        "F(count(spot) >= 1)", _TWO, ("No robot can reach spot", "'spot'", "wider than 0.102 m"), _between("spot", 1.0, 0, 0.09, 0.09), never=("each waits",),
+    ),
+    "one robot is asked into two places at once": Refused(
+        "F(a.left & a.right)", _TWO, ("left and right lie apart: no robot is in both at once.",), f"{_RIGHT}, {_LEFT}", never=("each waits", "2 robots"),
+    ),
+    "an action is made behind a wall": Refused(
+        "F loaded", _ONE, ("no robot can reach right", "'wall' stands between"), _RIGHT, f"wall: {_box(0, 0, 0.1, 2.4)}", team="own",
+        more="robot: {initial: empty, states: {empty: [], full: [loaded]}, actions: [{from: empty, to: full, at: right}]}",
+    ),
+    "all gather where there is room for one": Refused(
+        "F(all(left) & F all(right))", f"a: {_at(-1.0, 0.7)}, b: {_at(-1.0, -0.7)}", ("2 robots in 'right'", "room for 1"), f"{_LEFT}, {_between('right', 1.6, 0, 0.3, 0.3)}",
+        never=("each waits",),
+    ),
+    "robots swap places for ever in a tube": Refused(
+        "G F a.right & G F b.left", f"a: {_at(-1.2, 0)}, b: {_at(1.2, 0)}", (*_NARROW, "Tried:"),
+        f"{_between('left', -1.6, 0, 0.4, 0.25)}, {_between('right', 1.6, 0, 0.4, 0.25)}", _TUBE, trace="infinite", never=("ends there", "last region"),
     ),
     "a deadline is too soon": Refused(
         "F[0,1] right", f"a: {_at(-1.5, 0)}, b: {_at(-1.0, 0.5)}", ("`F[0,1] right` cannot hold", "b comes there at", "s after its deadline", "a later deadline"),

@@ -20,6 +20,7 @@ SLOW = {
     "the one in front has to come out first",
     "a robot hovers in a corridor",
     "two robots swap places in a tube",
+    "robots swap places for ever in a tube",
     "two robots swap ends in a tube",
 }
 

@@ -28,7 +28,7 @@ from ltlplan.paths.hoops.passage_directions import Directions, choose_sides
 from ltlplan.paths.hoops.primitives import Primitive
 from ltlplan.paths.hoops.spline_repair import SplineBlocked, repaired
 from ltlplan.paths.hoops.stops import Stop, holds, hoop_axes, primitives_between
-from ltlplan.systems.forbidden_regions import forbidden_regions
+from ltlplan.systems.forbidden_regions import regions_to_avoid
 from ltlplan.systems.touching_points import routes_may_touch
 from ltlplan.systems.visit_words import word_of
 from verify.data import BadInput, Infeasible, Mission, RobotPlan, Visit, Waypoint, Word
@@ -179,7 +179,7 @@ def _obstruction(mission: Mission, robot: str, problem: Infeasible) -> Obstructi
         return Obstruction(what, (robot,), helps=problem.helps)
     if not isinstance(problem, Blocked):
         return Obstruction(what, (robot,), helps=("more room", *least))
-    allowed = (f"a formula that lets {robot} enter it",) if problem.region in forbidden_regions(mission, robot) else ()
+    allowed = (f"a formula that lets {robot} enter it",) if problem.region in regions_to_avoid(mission, robot) else ()
     where = f"more room beside '{problem.region}'" if problem.region in mission.all_regions else "more room"
     return Obstruction(what, (robot,), helps=(where, *allowed, *least))
 

@@ -14,32 +14,32 @@ from ltlplan.search.counting.counting_propositions import Marks
 from ltlplan.search.counting.planning import plan_counts
 from ltlplan.search.explanations.count_laws import laws_of_counts, no_word, some_word
 from ltlplan.search.explanations.inquiry import all_of, as_written
-from ltlplan.search.explanations.unsatisfiable_cores import NoPlan
+from ltlplan.search.explanations.relaxed_systems import without
+from ltlplan.search.explanations.unsatisfiable_cores import NoPlan, edge_sentence, missing_edges, opened_to_all
 from ltlplan.search.orders.state_sets import Reading, shown_at
+from ltlplan.search.problem import Problem
 from ltlplan.systems.region_labels import Layout
 from ltlplan.systems.transition_systems import TransitionSystem
-from ltlplan.systems.unreachable import joined_names
+from ltlplan.systems.unreachable import joined_names, why_unreachable
 from verify.data import Formula, Mission
 from verify.data.language.counting import atoms
 
 _STATES = 20_000
+_IN_TURNS = "Robots move one after another or together, and each waits in its region, or just outside one that it has left, for others where that helps."
 _PAIRS = 300
 """Pairs of requirements of which it is found out whether they contradict each other."""
 
 
-def no_counted_plan(
-    mission: Mission, systems: Sequence[TransitionSystem], kinds: Sequence[str], asked: Formula, rooms: Mapping[str, int]
-) -> NoPlan:
+def no_counted_plan(problem: Problem, kinds: Sequence[str], rooms: Mapping[str, int]) -> NoPlan:
     """Return the error that says which parts of the formula cannot hold together.
 
     Args:
-        mission: Whose formula cannot be met.
-        systems: One for each robot.
+        problem: Whose formula cannot be met.
         kinds: As for `plan_counts`.
-        asked: The formula, written out.
         rooms: How many robots small regions hold.
     """
-    parts, written = list(dict.fromkeys(conjuncts(asked))), as_written(mission)
+    mission, systems = problem.mission, problem.each
+    parts, written = list(dict.fromkeys(conjuncts(problem.asked))), as_written(mission)
     core = _contradiction(mission, parts)
     if core is None:
         core = parts
@@ -47,17 +47,21 @@ def no_counted_plan(
             others = [other for other in core if other != part]
             if others and not _possible(others, systems, kinds, rooms):
                 core = others
+    robots = [system.robot for system in systems]
+    opened = opened_to_all(mission, lambda worlds: _possible(core, worlds, kinds, rooms), robots)
+    edges = [] if opened else missing_edges(mission, lambda worlds: _possible(core, worlds, kinds, rooms), robots)
     reasons = (
         [sentence for sentence in [no_word(mission, core)] if sentence]
         or _bad_starts(mission, systems, core)
         or _apart(mission, systems, core)
         or [
             *_closed(mission, core),
-            *(_too_small(mission, systems, rooms, core) if rooms and _possible(core, systems, kinds, {}) else ()),
-            "Robots move one after another or together, and each waits in its region, or just outside one that it has left, for others where that helps.",
+            *(_unreached(problem, core) or _needed(problem, core, kinds, rooms)),
+            *(_crowded(mission, systems, rooms, core) if rooms and _possible(core, systems, kinds, {}) else ()),
         ]
     )
-    return NoPlan([str(written.get(part, part)) for part in core], reasons)
+    reasons = [*reasons, *opened, *edge_sentence(mission, edges)] or [_IN_TURNS]
+    return NoPlan([str(written.get(part, part)) for part in core], reasons, edges)
 
 
 def _contradiction(mission: Mission, parts: Sequence[Formula]) -> list[Formula] | None:
@@ -92,7 +96,12 @@ def _apart(mission: Mission, systems: Sequence[TransitionSystem], core: Sequence
         return []
     neighbours, named = Layout(mission).neighbours, all_of(core).names() & mission.all_regions.keys()
     pairs = [(a, b) for a, b in itertools.combinations(sorted(named), 2) if b not in neighbours[a]]
-    return [f"{a} and {b} lie apart: no robot is in both at once, and there are {len(systems)} robots." for a, b in pairs]
+    few = (
+        f", and there are {len(systems)} robots"
+        if any(node.operator == "count" for part in core for node in part.nodes())
+        else ""
+    )
+    return [f"{a} and {b} lie apart: no robot is in both at once{few}." for a, b in pairs]
 
 
 def _possible(
@@ -106,6 +115,44 @@ def _possible(
         return True  # not known to be impossible
 
 
+def _unreached(problem: Problem, core: Sequence[Formula]) -> list[str]:
+    """Say of regions that requirements name, of some robot or of all, which nobody can come to that is asked to, and what shuts the way."""
+    mission, found = problem.mission, dict[str, None]()
+    shown = {system.robot: _shown(system) for system in problem.each}
+    named = {(node.name, node.robot) for part in core for node in part.nodes() if node.name in mission.all_regions}
+    for region, whose in sorted(named):
+        asked = [system for system in problem.each if whose in ("", system.robot)]
+        if any(region in shown[system.robot] for system in asked):
+            continue
+        robot = min((system.robot for system in asked), key=lambda name: mission.vehicle_of(name).radius)
+        shut = why_unreachable(mission, problem.systems.graph_of(robot), robot, region)
+        found[shut or f"{whose or 'No robot'} {'cannot' if whose else 'can'} reach {region}."] = None
+    return [*found, *(problem.systems.unclear(mission.formula.names()) if found else ())]
+
+
+def _needed(problem: Problem, core: Sequence[Formula], kinds: Sequence[str], rooms: Mapping[str, int]) -> list[str]:
+    """Say which regions requirements need that do not name them."""
+    found, written = list[str](), as_written(problem.mission)
+    for part in core:
+        others = [name for name in problem.mission.all_regions if name not in part.names()]
+        worlds = {name: [without(system, name) for system in problem.each] for name in others}
+        if others and _possible([part], problem.each, kinds, rooms):
+            lost = [name for name in others if not _possible([part], worlds[name], kinds, rooms)]
+            found += [f"`{written.get(part, part)}` needs {joined_names(lost)}."] if lost else []
+    return found
+
+
+def _shown(system: TransitionSystem) -> frozenset[str]:
+    """Return all names that a robot can come to show."""
+    waiting = [system.initial]
+    seen = set(waiting)
+    for node in waiting:  # grows while it is walked
+        new = {target for target, _ in system.edges[node]} - seen
+        seen |= new
+        waiting += sorted(new)
+    return frozenset[str]().union(*(system.labels[node] for node in seen))
+
+
 def _closed(mission: Mission, core: Sequence[Formula]) -> list[str]:
     """Say which regions that requirements name with a robot are closed to its kind."""
     named = {(node.name, node.robot) for part in core for node in part.nodes() if node.operator == "name" and node.robot}
@@ -115,6 +162,17 @@ def _closed(mission: Mission, core: Sequence[Formula]) -> list[str]:
     return [
         f"{name} is closed to {robot}: only {joined_names(mission.all_regions[name].only or ())} may enter it."
         for name, robot in closed
+    ]
+
+
+def _crowded(
+    mission: Mission, systems: Sequence[TransitionSystem], rooms: Mapping[str, int], core: Sequence[Formula]
+) -> list[str]:
+    """Say which regions are too small for what is asked: for a count, else those that are named."""
+    named = sorted(all_of(core).names() & rooms.keys())
+    return list(_too_small(mission, systems, rooms, core)) or [
+        f"It could hold if more robots were in '{name}' at once, which has room for {rooms[name] or 'none'}: {_kept(mission)} Make it larger."
+        for name in named
     ]
 
 

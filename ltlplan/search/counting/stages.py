@@ -44,7 +44,7 @@ def plan_stages(problem: Problem) -> Allocation:
         from ltlplan.search.counting.conflicting_conjuncts import no_counted_plan
         from ltlplan.search.explanations.relaxation import relaxed
 
-        raise NoWords(lambda: relaxed(problem, no_counted_plan(mission, each, kinds, problem.asked, rooms)))
+        raise NoWords(lambda: relaxed(problem, no_counted_plan(problem, kinds, rooms)))
     try:
         crowded = may_crowd(each, found, rooms)
         marks = None if crowded or problem.asked.uses_next() else asked

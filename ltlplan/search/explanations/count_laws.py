@@ -98,7 +98,8 @@ def _laws(one: Atom, other: Atom, robots: int | None, letters: Collection[Letter
     most = 2 if robots is None or named else robots + 1
     if not both_named and least <= most and _always(one, other, lambda a, b: a or b, letters):
         yield Formula("|", (one.formula, other.formula))
-    if robots is not None and least > robots and _always(one, other, lambda a, b: not (a and b), letters):
+    too_many = bool(one.robot and one.robot == other.robot) or (robots is not None and least > robots)
+    if too_many and _always(one, other, lambda a, b: not (a and b), letters):
         yield Formula("!", (Formula("&", (one.formula, other.formula)),))
 
 

@@ -73,7 +73,7 @@ def explain(mission: Mission, systems: Systems, worlds: Worlds, possible: Feasib
     reasons = [
         *reasons_against(inquiry, core),
         *_shut(inquiry, core),
-        *_edge_sentence(mission, edges),
+        *edge_sentence(mission, edges),
         *opened,
         *systems.unclear(mission.formula.names() if mission.environment is None else None),  # edges may lead through any
     ]
@@ -119,7 +119,9 @@ def _shut(inquiry: Inquiry, core: list[Formula]) -> list[str]:
     mission = inquiry.mission
     if not mission.obstacles:
         return []
-    named = {name for part in core for name in inquiry.names(part)} & mission.all_regions.keys()
+    names = {name for part in core for name in inquiry.names(part)}
+    acted = {action.at for robot in inquiry.robots for action in robot.actions if names & set(robot.states[action.target])}
+    named = (names | acted) & mission.all_regions.keys()
     lost = [name for name in sorted(named) if not inquiry.feasible([eventually(name)], inquiry.worlds)]
     smallest = min(mission.agents, key=lambda robot: mission.vehicle_of(robot).radius)
     graph = inquiry.systems.graph_of(smallest)
@@ -127,7 +129,13 @@ def _shut(inquiry: Inquiry, core: list[Formula]) -> list[str]:
     return [sentence for sentence in found if sentence is not None]
 
 
-def _edge_sentence(mission: Mission, edges: list[tuple[str, str]]) -> list[str]:
+def edge_sentence(mission: Mission, edges: Sequence[tuple[str, str]]) -> list[str]:
+    """Say with which edges a core could hold; nothing where there are none.
+
+    Args:
+        mission: Whose environment they are missing in.
+        edges: As `missing_edges` returns them.
+    """
     if not edges:
         return []
     arrow = " -> " if mission.environment is not None and mission.environment.directed else " - "

@@ -7,13 +7,13 @@ import pytest
 
 import ltlplan
 from ltlplan.search.exact import assign
-from ltlplan.systems.forbidden_regions import forbidden_regions
 from refine import refine
 from refine.single_robot.task import Pace
 from tests.helpers.few import few_of
 from tests.helpers.rooms_and_rests import keeping_out
 from tests.helpers.worlds import world
 from verify import judge
+from verify.data.language.lasting import lasting_regions
 
 
 def test_forbidden_cylinders_cost_no_more_than_solid_ones(pace: Pace) -> None:
@@ -60,10 +60,10 @@ def test_the_goal_that_no_forbidden_region_shuts_off_is_the_cheaper_one() -> Non
     ],
 )
 def test_regions_that_are_always_forbidden_are_read_off_the_formula(formula: str, forbidden: set[str]) -> None:
-    assert forbidden_regions(world(formula), "quad0") == forbidden
+    assert lasting_regions(world(formula), "quad0", inside=False) == forbidden
 
 
 def test_a_region_that_is_forbidden_to_one_robot_is_so_to_no_other() -> None:
     mission = world("F quad0.b & G !quad0.a", robots=2, team="joint")
-    assert forbidden_regions(mission, "quad0") == {"a"}
-    assert forbidden_regions(mission, "quad1") == set()
+    assert lasting_regions(mission, "quad0", inside=False) == {"a"}
+    assert lasting_regions(mission, "quad1", inside=False) == set()

@@ -254,7 +254,8 @@ def _control_points(values: Mapping[str, Any]) -> Iterator[Finding]:
                     break
     for name, region in values.get("regions", {}).items():
         if workspace is not None and not workspace.holds(region.center):
-            yield ("regions", name, "center"), "lies outside the workspace."
+            at, low, high = (", ".join(f"{x:g}" for x in p) for p in (region.center, workspace.min, workspace.max))
+            yield ("regions", name, "center"), f"({at}) lies outside the workspace [{low}] to [{high}]."
 
 
 def _open(hoop: Hoop, agent: Agent | None) -> bool:

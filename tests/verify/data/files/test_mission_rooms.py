@@ -154,7 +154,11 @@ def test_names_given_twice_are_faults_with_both_places(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [
-        ("center: [-0.5, 0.5, 1.0]", "center: [-0.5, 5.5, 1.0]", ":5: regions.b.center: lies outside the workspace."),
+        (
+            "center: [-0.5, 0.5, 1.0]",
+            "center: [-0.5, 5.5, 1.0]",
+            ":5: regions.b.center: (-0.5, 5.5, 1) lies outside the workspace [",
+        ),
         ("size:", "sise:", ":5: regions.b.sise: unknown key. Did you mean 'size'?"),
         ("[[a, b]]", "[[a, d]]", ":6: environment.edges.0: 'd' is not a region of this mission."),
         ("format: 1", "format: 2", ":1: format: must be 1, not 2."),
