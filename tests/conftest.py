@@ -70,6 +70,7 @@ def pytest_collection(session: pytest.Session) -> None:
 def pytest_collection_finish() -> None:
     """Let the garbage collector pass over what was collected and imported, which stays to the end: it is looked through no more."""
     gc.freeze()
+    gc.set_threshold(20_000, 20, 50)  # formulas and syntax trees are many small values, of which few are garbage
     gc.enable()
 
 

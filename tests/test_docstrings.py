@@ -64,10 +64,11 @@ def lacks(function: Function) -> Iterator[str]:
     """Yield the sections that a function's docstring needs and has not."""
     text = ast.get_docstring(function) or ""
     sections = {line.strip() for line in text.splitlines()}
-    explained = [each for each in arguments(function) if HELPED.search(ast.unparse(each.annotation or ast.Constant(None)))]
-    if len(arguments(function)) - len(explained) >= 3 and "Args:" not in sections:
+    given = arguments(function)
+    explained = [each for each in given if each.annotation and HELPED.search(ast.unparse(each.annotation))]
+    if len(given) - len(explained) >= 3 and "Args:" not in sections:
         yield "Args"
-    if raises(function) and not explained and "Raises:" not in sections:
+    if "Raises:" not in sections and not explained and raises(function):
         yield "Raises"
 
 

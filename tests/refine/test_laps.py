@@ -67,6 +67,7 @@ def test_laps_are_flown_as_often_as_asked(flown):
     assert done.times[-1] >= team["q0"].duration + lap - 0.1
 
 
+@pytest.mark.slow
 def test_a_meeting_in_every_lap(pace):
     formula = "G F(count(post) >= 2) & G F q0.west & G F q0.east & G F q1.east"  # both come to the east, in turn
     made = plan(patrol(formula, team="joint", places="west east post"), pace=pace)

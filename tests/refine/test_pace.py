@@ -155,6 +155,7 @@ def test_yaw_keeps_its_limits_at_the_greatest_pace(heading: Literal["path"] | tu
     assert np.ptp(flight["q"].evaluate(np.linspace(0.0, lasts(flight), 100))[:, 3]) > 0.3
 
 
+@pytest.mark.slow
 def test_robots_that_wait_on_the_way_are_not_tried_at_the_plans_own_times() -> None:
     plan = fire_plan()
     feedback, options = feedback_of(plan, ()), RefinementOptions(1.0, 1e3, None)
@@ -353,6 +354,7 @@ spec: {formula: 'G F b & G F c & G F a', team: joint, trace: infinite, repeat: 2
     assert lasts(fast) < 0.5 * lasts(refine(plan, pace="nominal"))
 
 
+@pytest.mark.slow
 @few_of(1, "make", [fire_plan, sequence_plan])
 def test_flights_that_are_wanted_soon_are_found_without_programmes_of_free_states(
     make: Callable[[], Plan], monkeypatch: pytest.MonkeyPatch

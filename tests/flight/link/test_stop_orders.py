@@ -191,12 +191,14 @@ def test_motors_that_are_ordered_off_in_a_hold_stop_at_once(ready) -> None:
     assert flown.link.now() < 9.4
 
 
+@pytest.mark.slow
 def test_a_hold_that_is_ordered_while_the_team_lands_changes_nothing(ready) -> None:
     plain, flown = (Flown(ready, {5.0: Level.LAND, **more}) for more in ({}, {8.5: Level.HOLD}))
     assert flown.link.now() == plain.link.now()
     assert flown.orders.give(Level.HOLD, "") is False
 
 
+@pytest.mark.slow
 def test_an_interrupt_in_a_hold_lands_and_a_second_one_stops_motors(ready) -> None:
     mission, flown = ready
     for interrupts in (1, 2):

@@ -190,6 +190,7 @@ def test_laps_of_one_robot_touch_their_regions(seed: int, pace: Pace) -> None:
     assert judge(made, refine(made, pace=pace), largest=False).holds
 
 
+@pytest.mark.slow
 @few_of(1, "seed", [*range(1), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(1, 12))])
 def test_laps_of_a_team_touch_their_regions_and_end_where_they_begin(seed: int, pace: Pace) -> None:
     made = ltlplan.plan(patrol(seed, 2, "near"))
@@ -197,6 +198,7 @@ def test_laps_of_a_team_touch_their_regions_and_end_where_they_begin(seed: int, 
     assert judge(made, refine(made, pace=pace), largest=False).holds
 
 
+@pytest.mark.slow
 @few_of(1, ("seed", "robots"), [(0, 1), *((k, n) for k in range(1, 6) for n in (1, 2))])
 def test_mirroring_and_renaming_change_neither_cost_nor_duration_of_laps(seed: int, robots: int, pace: Pace) -> None:
     costs, durations = [], []

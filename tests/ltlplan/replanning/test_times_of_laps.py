@@ -105,6 +105,7 @@ def test_assertions_know_bounds_of_laps() -> None:
         assert_satisfies(path, "G F[0,4] G[0,2] dock", mission)
 
 
+@pytest.mark.slow
 def test_teams_are_slowed_as_a_whole_and_counted() -> None:
     mission = room("G F[0,8] count(dock | shelf) >= 2 & G F[0,12] quad0.free", more=f", team: joint{INFINITE}", agents=ANOTHER)
     certified = certified_team(ltlplan.plan(mission))

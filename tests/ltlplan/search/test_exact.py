@@ -369,6 +369,7 @@ def test_the_longest_robot_is_never_longer_than_with_the_smallest_sum(formula: F
     assert sum(robot.cost for robot in plan.robots.values()) >= least.cost - 1e-7
 
 
+@pytest.mark.slow
 @few_of(1, "more", [" & F(n3_3 & F n12_1) & (!n9_3 U n10_6)", ""])
 def test_six_robots_on_an_office_grid(more: str) -> None:
     """As in the published office scenarios; the cheapest plans fail in some orders."""

@@ -183,6 +183,7 @@ def test_jobs_are_listed_cancelled_and_deleted(client: Client, done: Submitted) 
         client.cancel(job)
 
 
+@pytest.mark.slow
 def test_jobs_have_the_pace_that_is_asked(client: Client) -> None:
     plan = client.plan(ltlplan.parse_mission(ONE_HOOP), seed=4713, pace=1)
     assert plan.mission.planner.pace == 1.0

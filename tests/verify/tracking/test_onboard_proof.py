@@ -186,7 +186,8 @@ def flown_linearly(loop, inputs, offset):
     return np.array(found)
 
 
-@few_of(1, "late", [0, 3, 5, 7, 9])
+@pytest.mark.slow  # sums responses of other loops
+@pytest.mark.parametrize("late", [0, 3, 5, 7, 9])
 def test_the_linear_loop_flies_as_the_simulator_does_step_by_step(late):
     autopilot = STOCK.changed(ekf=STOCK.ekf.changed(least_turn=0.0))
     loop, steps = loop_of(VEHICLE, AIRFRAME, autopilot, late, 80), 400

@@ -266,6 +266,7 @@ def test_more_of_a_disturbance_is_never_a_smaller_bound(name):
     assert bounds == sorted(bounds)
 
 
+@pytest.mark.slow
 def test_latency_and_battery_are_monotone_too():
     path, still = line(0.3), Disturbance(airframe=AIRFRAME, wind=0.02)
     late = [bound_of(path, still.changed(latency=(0.0, latest))).bound for latest in (0.0, 0.002, 0.006)]

@@ -67,8 +67,8 @@ def test_too_much_time_ends_the_work_with_a_sentence(workers: LocalWorkers) -> N
 
 
 def test_too_long_on_the_clock_ends_the_work_with_a_sentence() -> None:
-    pool = LocalWorkers(1, wall=0.5)
-    with pytest.raises(OutOfTime, match=r"0\.5 s"):
+    pool = LocalWorkers(1, wall=0.2)
+    with pytest.raises(OutOfTime, match=r"0\.2 s"):
         pool.submit(work.sleep, 60.0).result(PATIENCE)
     pool.close()
 
@@ -119,7 +119,7 @@ def test_work_that_was_cancelled_before_it_began_never_begins(tmp_path: Path) ->
 
 def test_lower_ranks_come_first() -> None:
     pool = LocalWorkers(1)
-    busy = pool.submit(work.sleep, 0.5)
+    busy = pool.submit(work.sleep, 0.2)
     ended: list[int] = []
     futures = [pool.submit(work.add, 0, 0, rank=rank) for rank in (3, 1, 2)]
     for rank, future in zip((3, 1, 2), futures, strict=True):
