@@ -37,11 +37,12 @@ def left_last(mission: Mission, robot: RobotPlan) -> str | None:
         mission: Gives the regions.
         robot: Its plan.
     """
-    if len(robot.waypoints) < 2:
+    after = [*itertools.takewhile(lambda waypoint: waypoint.role == "via", reversed(robot.waypoints))]
+    if not after or len(after) == len(robot.waypoints):
         return None
-    before, last = robot.waypoints[-2:]
-    left = last.role == "via" and before.role == "centre" and before.region == last.region
-    return last.region if left and last.region in mission.regions else None
+    visited = robot.waypoints[-len(after) - 1]
+    left = visited.role == "centre" and all(waypoint.region in (visited.region, None) for waypoint in after)
+    return visited.region if left and visited.region in mission.regions else None
 
 
 def comes_after(plan: Plan, name: str, visit: int) -> frozenset[tuple[str, int]]:

@@ -182,6 +182,15 @@ def test_a_refusal_under_own_names_the_letter_and_the_reading_that_has_a_plan() 
 
 
 @pytest.mark.slow
+def test_a_robot_that_carries_rests_out_of_the_way_of_one_that_brings_all_parcels() -> None:
+    """Resting with free hands would break the formula whenever it is read; words planned at first let it."""
+    run = ltlplan.run(parse_mission(DELIVERIES))
+    assert run.certificate.holds
+    assert {claim.name for claim in run.certificate.claims} >= {"precedences", "ordered"}
+    assert all("carry" in robot.word.letters[-1] or len(robot.visits) > 1 for robot in run.plan.robots.values())
+
+
+@pytest.mark.slow
 def test_the_letter_that_breaks_words_of_six_robots_is_found_where_most_of_them_rest() -> None:
     resting = "".join(f", r{i}: {{start: [{i - 2.5}, -1.5, 1]}}" for i in range(2, 6))
     made = ltlplan.plan(

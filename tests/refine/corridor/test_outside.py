@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from refine.corridor.outside import comes_after, moved_outside
+from refine.corridor.outside import comes_after, left_last, moved_outside
 from refine.obstacles.keep_out_bodies import keep_out
 from tests.helpers.plans_by_hand import straight
 from verify.data import Plan, Waypoint, parse_mission
-from verify.data.plan import Precedence
+from verify.data.plan import Precedence, Role
 
 MISSION = """format: 1
 name: outside
@@ -44,3 +44,26 @@ def test_who_comes_after_whom_follows_precedences_and_own_visits() -> None:
     plan = Plan(mission=mission, robots={"p": robot, "q": robot}, precedences=waits)
     assert comes_after(plan, "p", 0) == {("q", 0), ("q", 1)}
     assert comes_after(plan, "p", 1) == comes_after(plan, "q", 0) == set()  # to have entered is not to have left
+
+
+@pytest.mark.parametrize(
+    ("last", "left"),
+    [
+        ((("centre", "a"), ("via", "a")), "a"),
+        ((("centre", "a"), ("via", "a"), ("via", None)), "a"),  # as improved paths end: where the region is left, and outside
+        ((("centre", "a"), ("via", None)), "a"),
+        ((("centre", "a"),), None),
+        ((("centre", "a"), ("end", None)), None),
+        ((("centre", "a"), ("via", "b"), ("via", None)), None),
+    ],
+)
+def test_a_region_is_left_last_by_whatever_points_lead_out_of_it(
+    last: tuple[tuple[Role, str | None], ...], left: str | None
+) -> None:
+    mission = parse_mission(MISSION.replace("SHAPE", "radii: [0.4, 0.4, 0.2]"))
+    robot = straight(*((-1.0 + 0.5 * i, 0.0, 1.0) for i in range(1 + len(last))), visits={1: "a"})
+    points = [
+        point.model_copy(update={"role": role, "region": region})
+        for point, (role, region) in zip(robot.waypoints[1:], last, strict=True)
+    ]
+    assert left_last(mission, robot.model_copy(update={"waypoints": (robot.waypoints[0], *points)})) == left

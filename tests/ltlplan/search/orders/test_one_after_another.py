@@ -10,7 +10,7 @@ import pytest
 from ltlplan.allocation import Context
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
 from ltlplan.search.counting.counting_propositions import Marks
-from ltlplan.search.exact import _cheapest, _no_plan, under_precedences  # pyright: ignore[reportPrivateUsage]
+from ltlplan.search.exact import _no_plan, under_precedences  # pyright: ignore[reportPrivateUsage]
 from ltlplan.search.orders import planning
 from ltlplan.search.orders.planning import OrderedTeam
 from ltlplan.search.problem import Problem
@@ -48,7 +48,7 @@ planner: {{pace: nominal}}
 
 
 def team_of(mission: Mission) -> OrderedTeam:
-    problem = Problem(mission, DEFAULT_BUDGET, None, None, {}, _cheapest, _no_plan)
+    problem = Problem(mission, DEFAULT_BUDGET, None, None, {}, lambda _: None, _no_plan)
     return OrderedTeam(problem.each, Marks(problem.automata, problem.known), joint=False)
 
 
