@@ -7,7 +7,7 @@ sides are what shuts it.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from ltlplan.free_space.free_space import FreeSpace
 from verify.data.mission import Mission
 from verify.data.shapes.inequalities import Point
+from verify.data.shapes.region import Region
 from verify.data.shapes.solid_parts import SolidPart, solid_parts
 
 if TYPE_CHECKING:  # it takes long to load, and most missions have no obstacles
@@ -31,6 +32,8 @@ _LEAST = 1e-3
 """m; a way that leaves less to each side is none."""
 _STEP = 0.01
 """m between places on a way at which its width is looked at."""
+_WIDER = 0.1
+"""m beside the margin with which a way past regions is not called narrow any more."""
 _AWAY = 0.02
 """m by which the two sides of a narrow place are told apart."""
 
@@ -78,6 +81,28 @@ class TooNear:
     distance: float
 
 
+@dataclass(frozen=True, slots=True)
+class _Region:
+    """A region as a body that ways lead around.
+
+    Attributes:
+        obstacle: Its name.
+        region: Its body.
+    """
+
+    obstacle: str
+    region: Region
+
+    def distances_whole(self, points: Floats) -> Floats:
+        """Return lower bounds on how far points are from it, m; below zero inside. Shape (n, 3) to (n,)."""
+        from refine.obstacles.keep_out_bodies import grown_region
+
+        return grown_region(self.obstacle, self.region, 0.0).signed_distance(points)
+
+
+_Body = SolidPart | _Region
+
+
 def what_shuts(space: FreeSpace, starts: Sequence[Point], end: Point) -> Gap | Shut | TooNear | None:
     """Return why no way leads from any of some points to another one; None where one does, through whichever regions.
 
@@ -122,6 +147,27 @@ def narrowest(space: FreeSpace, way: Floats) -> Gap:
     return min(gaps, key=lambda gap: gap.width - gap.needed)
 
 
+def narrowest_around(space: FreeSpace, start: Floats, end: Floats, permitted: Collection[str]) -> Gap | Shut:
+    """Return the narrowest place of the widest way past regions that may not be entered.
+
+    Args:
+        space: Where a vehicle can fly; no way there leads past them.
+        start: m. Shape (3,).
+        end: m. Shape (3,).
+        permitted: Regions that the way may enter.
+    """
+    mission, low, high = space.mission, _LEAST - space.mission.margin, _WIDER
+    way = space.roadmap(low).way(start, end, permitted)
+    if way is None:
+        return Shut(())
+    for _ in range(_HALVINGS):
+        middle = (low + high) / 2.0
+        wider = space.roadmap(middle).way(start, end, permitted)
+        way, low, high = (way, low, middle) if wider is None else (wider, middle, high)
+    around = [_Region(name, region) for name, region in mission.all_regions.items() if name not in permitted]
+    return _narrowest(mission, [*solid_parts(mission.obstacles, mission.hoops), *around], way, space.clearance)
+
+
 def _reaches(roadmap: Roadmap, starts: Sequence[Point], end: Floats) -> bool:
     return any(_way(roadmap, np.array(start), end) is not None for start in starts)
 
@@ -141,28 +187,32 @@ def _between(parts: Sequence[SolidPart], start: Floats, end: Floats) -> tuple[st
     return tuple(sorted(met, key=met.__getitem__))
 
 
-def _narrowest(mission: Mission, parts: Sequence[SolidPart], way: Floats, clearance: float) -> Gap:
+def _narrowest(mission: Mission, parts: Sequence[_Body], way: Floats, clearance: float) -> Gap:
     lengths = np.linalg.norm(np.diff(way, axis=0), axis=1)
     places = np.concatenate([[0.0], np.cumsum(lengths)])
     at = np.linspace(0.0, places[-1], max(2, int(places[-1] / _STEP)))
     path = np.column_stack([np.interp(at, places, way[:, axis]) for axis in range(3)])
-    distances = np.array([part.distances_whole(path) for part in parts])
-    index = int(np.argmin(distances.min(axis=0)))
-    point, own = path[index], distances[:, index]
-    first = int(np.argmin(own))
+    needs = np.array([mission.margin if isinstance(part, _Region) else clearance for part in parts])
+    left = np.array([part.distances_whole(path) for part in parts]) - needs[:, None]
+    index = int(np.argmin(left.min(axis=0)))
+    point, own = path[index], left[:, index] + needs
+    first = int(np.argmin(left[:, index]))
     name, towards = parts[first].obstacle, _towards(parts[first], point)
-    sides = [(part.obstacle, float(own[k]), _towards(part, point)) for k, part in enumerate(parts) if k != first]
+    sides = [
+        (float(own[k]), part.obstacle, float(needs[k]), _towards(part, point)) for k, part in enumerate(parts) if k != first
+    ]
     walls = np.concatenate([np.array(mission.workspace.max) - point, point - np.array(mission.workspace.min)])
-    sides += [(WALL, float(gap), way) for gap, way in zip(walls, np.concatenate([np.eye(3), -np.eye(3)]), strict=True)]
-    opposite = [(gap, other) for other, gap, way in sides if way @ towards < -0.5]
-    gap, other = min(opposite) if opposite else (float(own[first]), name)
-    least = mission.margin if other == WALL else clearance
+    sides += [
+        (float(gap), WALL, mission.margin, way) for gap, way in zip(walls, np.concatenate([np.eye(3), -np.eye(3)]), strict=True)
+    ]
+    opposite = [(gap, other, least) for gap, other, least, way in sides if way @ towards < -0.5]
+    gap, other, least = min(opposite) if opposite else (float(own[first]), name, float(needs[first]))
     held = tuple(region for region, body in mission.all_regions.items() if float(body.level(point)) <= 1.0)
     x, y, z = point.tolist()
-    return Gap((x, y, z), float(own[first]) + gap, clearance + least, (name, other), held)
+    return Gap((x, y, z), float(own[first]) + gap, float(needs[first]) + least, (name, other), held)
 
 
-def _towards(part: SolidPart, point: Floats) -> Floats:
+def _towards(part: _Body, point: Floats) -> Floats:
     """Return a unit vector from a point to a part, by differences of its distance. Shape (3,)."""
     around = point + _AWAY / 10 * np.concatenate([np.eye(3), -np.eye(3)])
     values = part.distances_whole(around)

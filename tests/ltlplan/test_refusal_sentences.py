@@ -54,6 +54,17 @@ def test_robots_that_no_sentence_names_are_added() -> None:
     assert of_two.saying("It is dark.").what == "b's way is shut. It is dark."
 
 
+@pytest.mark.parametrize("wide", [0.06, 0.1, 0.12])
+def test_a_gap_between_forbidden_regions_is_called_too_narrow_where_the_margin_leaves_nothing(wide: float) -> None:
+    """By hand: a robot's centre keeps the margin, 0.05 m, from both."""
+    case = CASES["regions to keep out of leave a gap that is too narrow"]
+    text = case.text.replace("0.64", str(0.6 + wide / 2))
+    if wide > 0.1:
+        assert ltlplan.plan(parse_mission(text)).cost > 2.8
+    else:
+        assert f"{wide:g} m wide between 'one' and 'other'" in str(refusal(parse_mission(text)))
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [4 + 7 * k for k in range(1, 8)])
 def test_refusals_in_random_rooms_name_what_is_there(seed: int) -> None:

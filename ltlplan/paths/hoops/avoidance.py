@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ltlplan.free_space.bottlenecks import narrowest
+from ltlplan.free_space.bottlenecks import WALL, Gap, Shut, narrowest, narrowest_around
 from ltlplan.free_space.staying_inside import narrowest_inside, stays_inside, way_inside
 from ltlplan.paths.hoops.clearance import blocked
 from ltlplan.paths.hoops.hoop_frame import control_points
@@ -57,12 +57,47 @@ class Blocked(Infeasible):
 
     Attributes:
         region: The hoop or region in the way.
+        shut: Whether no way leads around it without any margin either.
     """
 
-    def __init__(self, region: str, start: Floats, end: Floats, reasons: list[str]) -> None:
-        self.region = region
+    def __init__(
+        self,
+        region: str,
+        start: Floats,
+        end: Floats,
+        reasons: list[str],
+        around: tuple[Room, Collection[str]] | None = None,
+        *,
+        shut: bool = False,
+    ) -> None:
+        self.region, self.shut = region, shut
+        self._ends, self._around = (start, end), around
         why = "; ".join(reasons) if reasons else "it is being passed already"
         super().__init__(f"'{region}' stands in the way from {_show(start)} to {_show(end)} and cannot be passed: {why}.")
+
+    def explained(self) -> Blocked:
+        """Return the error with where the widest way around is narrowest, where no way was found past regions."""
+        if self._around is None:
+            return self
+        (where, permitted), (start, end) = self._around, self._ends
+        match narrowest_around(where.space, start, end, permitted):
+            case Gap() as gap if gap.width <= gap.needed + 2.0 * where.slack:
+                sides = joined_names(
+                    ["the workspace's wall" if name == WALL else f"'{name}'" for name in dict.fromkeys(gap.between)]
+                )
+                solid = (
+                    "radius and margin to obstacles, the " if set(gap.between) & where.space.mission.obstacles.keys() else ""
+                )
+                why = (
+                    f"near {_show(np.array(gap.point))} the widest way around it is {gap.width:.3g} m wide between {sides}, and more than "
+                    f"{gap.needed:.3g} m is needed ({solid}margin on both sides)"
+                )
+                return Blocked(self.region, start, end, [why])
+            case Shut():
+                why = "no way leads around it, not even one that keeps no margin"
+                return Blocked(self.region, start, end, [why], shut=True)
+            case _:
+                return self
 
 
 class NarrowRoom(Infeasible):
@@ -192,10 +227,9 @@ def _through(where: Room, start: Floats, end: Floats, permitted: Collection[str]
     for point in (start, end):
         if met := blocked(point, point, where, permitted):
             raise Blocked(met.name, start, end, [f"{_show(point)} itself is too near to it"])
-    met, why = (
-        blocked(start, end, where, permitted),
-        f"no way around it leaves {space.clearance + where.slack:.3g} m to each side",
-    )
+    met = blocked(start, end, where, permitted)
+    beside = f" and {space.clearance + where.slack:.3g} m beside obstacles" if space.mission.obstacles else ""
+    why = f"no way around it leaves {space.mission.margin + where.slack:.3g} m beside regions{beside}"
     near = space.way(start, end, permitted) if space.mission.obstacles else None
     if near is not None and (gap := narrowest(space, near)).width < gap.needed + 2.0 * where.slack:
         sides = joined_names([f"'{name}'" for name in dict.fromkeys(gap.between)])
@@ -203,7 +237,8 @@ def _through(where: Room, start: Floats, end: Floats, permitted: Collection[str]
             f"near {_show(np.array(gap.point))} it is {gap.width:.4f} m wide between {sides}, and {gap.needed + 2.0 * where.slack:.4f} m are "
             f"needed (radius, margin and {1000.0 * where.slack:g} mm on both sides)"
         )
-    raise Blocked(met.name if met else "workspace", start, end, [why])
+        raise Blocked(met.name if met else "workspace", start, end, [why])
+    raise Blocked(met.name if met else "workspace", start, end, [why], (where, permitted))
 
 
 def _divided(way: Floats) -> Floats:

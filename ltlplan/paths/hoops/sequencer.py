@@ -33,6 +33,7 @@ from ltlplan.systems.touching_points import routes_may_touch
 from ltlplan.systems.visit_words import word_of
 from verify.data import BadInput, Infeasible, Mission, RobotPlan, Visit, Waypoint, Word
 from verify.data.errors import did_you_mean
+from verify.data.language.lasting import lasting_regions
 from verify.data.obstruction import Obstruction
 from verify.data.shapes.inequalities import point_of
 
@@ -165,7 +166,7 @@ def _laid_as(mission: Mission, robot: str, does: Itinerary, directions: Directio
     assert problem is not None
     if isinstance(problem, SplineBlocked):
         problem = problem.beside(mission, mission.vehicle_of(robot).radius)
-    if isinstance(problem, NarrowRoom):
+    if isinstance(problem, NarrowRoom | Blocked):
         problem = problem.explained()
     raise problem if problem.obstruction is not None else problem.because(_obstruction(mission, robot, problem))
 
@@ -179,9 +180,10 @@ def _obstruction(mission: Mission, robot: str, problem: Infeasible) -> Obstructi
         return Obstruction(what, (robot,), helps=problem.helps)
     if not isinstance(problem, Blocked):
         return Obstruction(what, (robot,), helps=("more room", *least))
-    allowed = (f"a formula that lets {robot} enter it",) if problem.region in regions_to_avoid(mission, robot) else ()
+    forbidden = regions_to_avoid(mission, robot) | lasting_regions(mission, robot, inside=False)
+    allowed = (f"a formula that lets {robot} enter it",) if problem.region in forbidden else ()
     where = f"more room beside '{problem.region}'" if problem.region in mission.all_regions else "more room"
-    return Obstruction(what, (robot,), helps=(where, *allowed, *least))
+    return Obstruction(what, (robot,), helps=(where, *allowed, *(() if problem.shut else least)))
 
 
 def _stands_near(mission: Mission, robot: str) -> bool:
