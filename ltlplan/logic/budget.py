@@ -157,6 +157,11 @@ class Budget:
         return replace(other, watch=self.watch, report=None)
 
     @property
+    def alone(self) -> Budget:
+        """The bounds by themselves, by which answers may be kept for long."""
+        return replace(self, watch=None, report=None)
+
+    @property
     def notes(self) -> tuple[str, ...]:
         """Sentences of a plan about its search having been ended; none where it was not."""
         if self.watch is None or self.watch.states is None:

@@ -67,10 +67,10 @@ def conjunct_automata(formula: Formula, trace: Trace, *, budget: Budget = DEFAUL
         TooLarge: A budget did not suffice.
         MissingEngine: Spot is not installed.
     """
-    parts = tuple(dict.fromkeys(conjuncts(formula)))
+    parts, alone = tuple(dict.fromkeys(conjuncts(formula))), budget.alone
     if trace == "finite":
-        return tuple(conjunct_automaton(part, budget=budget) for part in parts)
-    return tuple(small_automaton(part, trace, budget=budget) for part in parts)
+        return tuple(conjunct_automaton(part, budget=alone) for part in parts)
+    return tuple(small_automaton(part, trace, budget=alone) for part in parts)
 
 
 State = tuple[int | frozenset[int], ...] | int

@@ -109,8 +109,10 @@ def share_out(
         Infeasible: A robot's cycle has no moment at which it rests in a region without a ring, or at its start.
         TooLarge: A product has more states than the budget allows.
     """
-    one, every = ([small_automaton(part, "infinite", budget=budget) for part in some] for some in (parts.of_one, parts.of_all))
-    named = [(robot, small_automaton(part, "infinite", budget=budget)) for robot, part in parts.named]
+    one, every = (
+        [small_automaton(part, "infinite", budget=budget.alone) for part in some] for some in (parts.of_one, parts.of_all)
+    )
+    named = [(robot, small_automaton(part, "infinite", budget=budget.alone)) for robot, part in parts.named]
     repeat = mission.spec.repeat
 
     def lasso(system: TransitionSystem, share: int) -> LassoRun | None:

@@ -170,7 +170,7 @@ def team_readers(mission: Mission, formula: Formula, budget: Budget) -> list[Rea
     def reader(part: Formula) -> Reader:
         operators, condition = temporal_operators(part)
         if condition is None:
-            automaton = small_automaton(part, "infinite", budget=budget)
+            automaton = small_automaton(part, "infinite", budget=budget.alone)
             if together:
                 return LetterReader(automaton, of_team)
             if automaton.deterministic:
@@ -191,7 +191,7 @@ def team_readers(mission: Mission, formula: Formula, budget: Budget) -> list[Rea
                 holds = any(each) if operators.endswith("F") else all(each)
             return frozenset({"held"}) if holds else frozenset()
 
-        return LetterReader(small_automaton(asked, "infinite", budget=budget), cut, stays=operators == "FG")
+        return LetterReader(small_automaton(asked, "infinite", budget=budget.alone), cut, stays=operators == "FG")
 
     return [reader(part) for part in dict.fromkeys(conjuncts(formula))]
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import gc
 import itertools
+import weakref
 from collections.abc import Callable
 
 import numpy as np
@@ -87,3 +89,12 @@ def test_a_search_that_is_ended_before_any_plan_says_so() -> None:
         ended_without_a_plan()
     with pytest.raises(TooLarge, match="more than 5 states"), watched(lambda: False) as watch:
         assign(world(CHAINS, robots=1), budget=Budget(states=5, watch=watch))
+
+
+def test_what_is_kept_for_later_searches_keeps_no_watch() -> None:
+    with watched(lambda: False) as watch:
+        seen = weakref.ref(watch)
+        assign(world("F(kept & F b)", robots=1, regions={"kept": (1.0, 0.0), "b": (2.0, 0.0)}), budget=Budget(watch=watch))
+        del watch
+    gc.collect()
+    assert seen() is None
