@@ -34,14 +34,23 @@ def readme(request: Request, target: ExportTarget, notes: tuple[str, ...], beyon
         vehicle = mission.vehicle_of(name)
         meant = controller_name(vehicle)
         unproved = "" if mission.disturbance is None else "; tracking not proved for this target"
+        streamed = f"{unproved}, as its set-points are streamed and rounded" if unproved and target.rate is not None else ""
         other = f"margin meant for the controller {meant}, which it does not run{unproved}"
-        who = f"controller {meant}" if target.runs(meant) else other
+        who = f"controller {meant}{streamed}" if target.runs(meant) else other
         flown.setdefault(f"airframe: {vehicle.name}, {vehicle.mass:g} kg, {who}", []).append(name)
     airframes = list(flown) if len(flown) == 1 else [f"{airframe} ({', '.join(names)})" for airframe, names in flown.items()]
     others = [name for name in mission.agents if name not in request.team]
     if others:
         airframes.append(f"not in this export: {', '.join(others)}, of the same flight, to be started at the same instant")
-    voids = (*_VOIDS, *target.voids)
+    told = mission.disturbance
+    proved = (
+        ()
+        if told is None
+        else (
+            f"starting further than {told.start:g} m from the planned start or not at rest, which the proof of tracking assumes",
+        )
+    )
+    voids = (*_VOIDS, *proved, *target.voids)
     starts = [
         f"  {name}: ({', '.join(f'{x:.4f}' for x in path.evaluate(0.0)[:3])}) m, heading {path.evaluate(0.0)[3]:.4f} rad, "
         f"{path.flattened(request.laps).duration:.4f} s"

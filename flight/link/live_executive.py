@@ -15,7 +15,7 @@ from flight.exports.scripts.flying.ending import Ending, insisted
 from flight.link.holding import LONGEST, Hold
 from flight.link.link import Link, LinkLost
 from flight.link.phases import BRAKING, Part, Stage, Watched
-from flight.link.preflight_checks import at_start, before_take_off
+from flight.link.preflight_checks import at_start, before_take_off, proved_starts
 from flight.link.record import Record
 from flight.link.stop_orders import Alarm, Level, Ordered, StopOrders
 from flight.link.tracking_monitor import Look, Watch
@@ -270,7 +270,8 @@ def fly_live(
     lasts = sum(stage.duration + SETTLE * (len(stage.parts) - 1) for stage in stages) + (
         0.0 if onwards is None else onwards.duration
     )
-    checks = before_take_off(link, stages[0], lasts, None if onwards is None else onwards.standing)
+    standing = None if onwards is None else onwards.standing
+    checks = (*proved_starts(link, stages), *before_take_off(link, stages[0], lasts, standing))
     for check in checks:
         record.note(link.now(), check.sentence, check.robot, "check")
     if failed := refusals(checks, unchecked):

@@ -40,6 +40,7 @@ class Part:
         duration: s of it that are claimed.
         stored: Which of what the stage has stored it is.
         pauses: Whether the team hovers behind it until another part begins.
+        start: m from its beginning at which the proof of tracking lets robots begin; None where nothing is proved.
     """
 
     name: str
@@ -48,6 +49,7 @@ class Part:
     duration: float
     stored: int = 0
     pauses: bool = False
+    start: float | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -115,6 +117,12 @@ class Stage:
         """delta, m."""
         return float(self.certificate.margin)
 
+    @property
+    def start(self) -> float | None:
+        """M from its beginning at which the proof of tracking lets robots begin; None where nothing is proved."""
+        disturbance = self.plan.mission.disturbance
+        return None if disturbance is None else disturbance.start
+
     @cached_property
     def claimed(self) -> dict[str, Trajectory]:
         """Flights that the certificate is about: cycles repeated."""
@@ -147,7 +155,7 @@ class Stage:
         cut = next((path for path in self.team.values() if path.cuts), None)
         if cut is None:
             claimed = max(path.duration for path in self.claimed.values())
-            return (Part(self.name, self.paths, self.margin, claimed),)
+            return (Part(self.name, self.paths, self.margin, claimed, start=self.start),)
         order = cut.flown_parts(self.plan.mission.spec.repeat)
         durations = [max(path.duration for path in paths.values()) for paths in self.stored]
         return tuple(

@@ -70,14 +70,31 @@ def on_ground(
     return found + checks_of_team(known, asked, limits(link.accuracy), link.now())
 
 
+def proved_starts(link: Link, stages: Sequence[Stage]) -> list[Check]:
+    """Refuse stages whose proof of tracking lets robots begin no farther off than a measurement may be.
+
+    Args:
+        link: To the robots.
+        stages: What is flown.
+    """
+    return [
+        Check("margin", next(iter(stage.paths)), False, f"the proof of tracking lets robots begin {stage.start:g} m from where the {stage.name} begins, "
+              f"and a measurement may be off by {link.accuracy:.3g} m: state a greater `disturbance.start`")
+        for stage in stages
+        if stage.start is not None and stage.start <= link.accuracy
+    ]  # fmt: skip
+
+
 def at_start(link: Link, stage: Stage | Part) -> tuple[Check, ...]:
-    """Look whether every robot hovers where a stage, or a part of one, begins.
+    """Look whether every robot hovers where a stage, or a part of one, begins: within what a proof of tracking assumes, where there is one.
 
     Args:
         link: To the robots.
         stage: What is to be flown next.
     """
     numbers, now = limits(link.accuracy), link.now()
+    if stage.start is not None:
+        numbers["share"] = min(numbers["share"], (stage.start - link.accuracy) / stage.margin)
     return tuple(
         check for robot in stage.paths for check in start_of(robot, link.pose(robot), _asked(robot, stage, 0.0), numbers, now)
     )

@@ -1,18 +1,19 @@
 """Tracking: the largest share of a set of disturbances that is proved, what it costs, and what stands in the way of more.
 
-    OMP_NUM_THREADS=1 python -m tests.benchmarks.tracking [RUN ...] [--gains GAINS] [--each] [--hunt]
+    OMP_NUM_THREADS=1 python -m tests.benchmarks.tracking [RUN ...] [--gains GAINS] [--each] [--hunt] [--steps]
 
 Flights are a hover of 4 s and those of the runs' folders; all of their robots are proved. The set is the whole one of docs/tracking.md, for a Crazyflie 2.1:
 wind 0.8 m/s, cameras 1 mm and 0 to 15 ms, gyroscope 0.04 rad/s, mass 2 %, thrust 5 %. `GAINS` changes gains of its airframe, as in
 `'position: [6, 12], velocity: [4.5, 9]'`. `--each` hovers without each of the disturbances, too. `--hunt` flies hovers at 20 and
-37 % of the set in winds and gyroscope errors aimed by the loop's response, in 64 directions, at corners of mass, thrust and latency. "Processor time" is that of one proof of all robots, with nothing remembered.
+37 % of the set in winds and gyroscope errors aimed by the loop's response, in 64 directions, at corners of mass, thrust and latency. `--steps` hovers at 20 % of the set under the gains of `GAINS`, and prints beside each bound
+how the linear loop, as it is sampled, answers a step of the set-point along a horizontal axis and upwards. "Processor time" is that of one proof of all robots, with nothing remembered.
 """
 
 from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import product
 from pathlib import Path
 
@@ -23,19 +24,34 @@ from numpy.typing import NDArray
 from tests.helpers.benchmarks import is_smallest, run_benchmark
 from tests.helpers.disturbed_flights import Disturbed
 from verify.data import Trajectory
-from verify.data.airframe import load_airframe
+from verify.data.airframe import AirframeTable, load_airframe
 from verify.data.disturbance import Disturbance
 from verify.data.files.trajectory_csv import load_csv
-from verify.data.vehicle import load_vehicle
+from verify.data.vehicle import Vehicle, load_vehicle
 from verify.tracking.error_model import NotProved
-from verify.tracking.loops import LoopChoice, lateral_loop
-from verify.tracking.proof import TrackingBound, model_of, prove
-from verify.tracking.sampled_loop import SUBSTEPS
+from verify.tracking.loops import LoopChoice, lateral_loop, vertical_loop
+from verify.tracking.proof import TrackingBound, model_of, prove, steps_late
+from verify.tracking.sampled_loop import SUBSTEPS, SampledLoop
 
 AIRFRAME, VEHICLE = load_airframe("crazyflie-2.1"), load_vehicle("crazyflie-2.1")
 WHOLE = Disturbance(
     airframe=AIRFRAME, wind=0.8, position=0.001, latency=(0.0, 0.015), gyroscope=0.04, mass=0.02, thrust=0.05, sag=0.002
 )
+
+
+QUICK = {"attitude": (300.0, 40.0), "rate": (28.0, 8.0)}
+STIFF = {"attitude": (400.0, 60.0), "rate": (34.0, 12.0), "position": (26.0, 36.0), "velocity": (9.0, 12.0)}
+OTHERS = {
+    "as shipped": {},
+    "quicker attitude": QUICK,
+    "softer": {**QUICK, "position": (8.0, 16.0), "velocity": (5.0, 9.0), "integral": (6.0, 12.0)},
+    "softest": {**QUICK, "position": (6.5, 14.0), "velocity": (4.4, 9.0), "integral": (4.0, 12.0)},
+    "less damped": {"velocity": (5.0, 8.0)},
+    "more damped": {"velocity": (7.5, 10.0)},
+    "stiffer": {"position": (18.0, 24.0), "velocity": (7.0, 10.0)},
+    "stiffest": STIFF,
+}
+"""Gains that `--steps` compares, by what is changed."""
 
 
 def hover(duration: float) -> Trajectory:
@@ -88,12 +104,61 @@ def measure(name: str, paths: Sequence[Trajectory], told: Disturbance, halvings:
     if isinstance(kept, str):
         print(f"{name:24} none: {reason}", flush=True)
         return
-    costs = ", ".join(
-        f"{cause} {1000.0 * cost:.1f}"
-        for cause, cost in sorted(kept.costs.items(), key=lambda item: -item[1])[:5]
-        if cost > 5e-5
-    )
-    print(f"{name:24} {100.0 * low:5.1f} %  {1000.0 * kept.bound:6.1f} mm  {spent:6.1f} s  {costs}; more: {reason}", flush=True)
+    row = f"{name:24} {100.0 * low:5.1f} %  {1000.0 * kept.bound:6.1f} mm  {spent:6.1f} s  {costs_of(kept)}; more: {reason}"
+    print(row, flush=True)
+
+
+def step_of(make: Callable[[Vehicle, AirframeTable, LoopChoice], SampledLoop], told: Disturbance) -> tuple[float, float, float]:
+    """Return how a loop answers a step: overshoot in %, times from 10 to 90 % and until it stays within 5 %, in s.
+
+    Args:
+        make: Makes the loop.
+        told: Its gains, and how late cameras are.
+    """
+    loop = make(VEHICLE, told.airframe, LoopChoice(1.0, 1.0, steps_late(told), 1.0))
+    taken, seen = [t for _, t in loop.recorded], [s for s, _ in loop.recorded]
+    state, left = np.zeros(len(loop.states)), np.ones(3001)
+    state[0] = state[loop.states.index("xi_seen")] = 1.0  # off by the step: the set-point has moved
+    for k in range(3000):
+        state = loop.jump.mid @ state if k % SUBSTEPS == 0 else state
+        state = loop.step.mid @ state
+        if k % SUBSTEPS + 1 == loop.seen:
+            state[taken] = state[seen]
+        left[k + 1] = state[0]
+    rise = 0.002 * (np.argmax(left < 0.1) - np.argmax(left < 0.9))
+    settled = 0.002 * (len(left) - np.argmax(np.abs(left[::-1]) > 0.05))
+    return -100.0 * float(left.min()), float(rise), float(settled)
+
+
+def compare(told: Disturbance) -> None:
+    """Print a row of a hover for each of the gains.
+
+    Args:
+        told: The set.
+    """
+    print(f"{'gains':24} {'bound':>9}  {'horizontal step':>22}  {'vertical step':>22}  what makes the bound, mm")
+    for name, changes in OTHERS.items():
+        flown = told.changed(airframe=AIRFRAME.changed(gains=AIRFRAME.gains.changed(**changes)))
+        found = proved([hover(0.2 if is_smallest() else 4.0)], flown)
+        steps = "  ".join(
+            "{:5.1f} % {:5.2f} s {:5.2f} s".format(*step_of(make, flown)) for make in (lateral_loop, vertical_loop)
+        )
+        print(
+            f"{name:24} {found if isinstance(found, str) else f'{1000.0 * found.bound:6.1f} mm':>9}  {steps}  {costs_of(found)}",
+            flush=True,
+        )
+
+
+def costs_of(found: TrackingBound | str) -> str:
+    """Return what makes a bound, the dearest first, in mm.
+
+    Args:
+        found: What is proved, or why nothing is.
+    """
+    if isinstance(found, str):
+        return ""
+    dearest = sorted(found.costs.items(), key=lambda item: -item[1])[:5]
+    return ", ".join(f"{cause} {1000.0 * cost:.1f}" for cause, cost in dearest if cost > 5e-5)
 
 
 def aimed(name: str, steps: int) -> NDArray[np.float64]:
@@ -174,6 +239,9 @@ def main() -> None:
         for share in (0.2, 0.37):
             hunt(WHOLE.scaled(share), 20 if is_smallest() else 1900)
         return
+    if "--steps" in arguments:
+        compare(WHOLE.scaled(0.2))
+        return
     told, halvings = WHOLE.changed(airframe=airframe), 1 if is_smallest() else 6
     print(f"{'flight':24} {'share':>7}  {'bound':>9}  {'time':>8}  what makes the bound, mm")
     measure("hover", [hover(0.2 if is_smallest() else 4.0)], told, halvings)
@@ -185,4 +253,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    run_benchmark(main, [], ["--each"], ["--hunt"])
+    run_benchmark(main, [], ["--each"], ["--hunt"], ["--steps"])

@@ -124,6 +124,7 @@ def controllers_said(flown: Mapping[str, str], mission: Mission) -> str:
     if others:
         meant = ", ".join(f"{name} for '{own}'" for name, own in others.items())
         said += f" The margin is meant for another ({meant}), so that no simulated flight says that they keep to their paths."
+        said += "" if mission.disturbance is None else " Tracking is not proved for them."
     return said
 
 

@@ -118,6 +118,19 @@ def test_a_target_that_flies_another_controller_says_that_tracking_is_not_proved
         assert ("tracking not proved for this target" in readme(request, target, (), ())) == said
 
 
+def test_a_target_that_streams_rounded_set_points_says_that_tracking_is_not_proved():
+    told = Disturbance(airframe=load_airframe("crazyflie-2.1"), start=0.003)
+    mission, team = small_mission("F G a", margin=0.05).changed(disturbance=told), {"r0": legs([[0, 0, 1], [1, 0, 1]])}
+    request = Request(mission, team, 1, 0.05, "digest", {})
+    rounded = "tracking not proved for this target, as its set-points are streamed and rounded"
+    for rate in (50.0, None):
+        target = ExportTarget("mine", lambda request: Product({}), controllers=("mellinger",), rate=rate)
+        note = readme(request, target, (), ())
+        assert (rounded in note) is (rate is not None)
+        assert "starting further than 0.003 m from the planned start or not at rest" in note
+    assert "0.003" not in readme(Request(mission.changed(disturbance=None), team, 1, 0.05, "digest", {}), target, (), ())
+
+
 def test_a_vehicle_without_a_controller_on_board_is_not_written_for_crazyflies_that_fly_by_theirs(tmp_path):
     own = load_vehicle("crazyflie-2.1").changed(name="own", controller=None, autopilot=None)
     mission = small_mission("F G a", margin=0.05).changed(vehicle=own)

@@ -7,6 +7,7 @@ import pytest
 
 from flight.control import controller
 from flight.model import timing
+from tests.benchmarks.tracking import step_of
 from tests.helpers.disturbed_flights import Disturbed
 from tests.helpers.few import few_of
 from verify.data import BadInput, Trajectory
@@ -84,6 +85,17 @@ def test_linear_loops_fly_as_the_simulator_does_step_by_step(axis, late):
     flown = flights.fly(VEHICLE, hover(), 1.8)[:, axis, 0]
     linear = flown_linearly(loop, pushed, 1e-4)
     assert np.abs(flown - linear).max() < 2e-3 * np.abs(linear).max()
+
+
+@pytest.mark.parametrize(("make", "axis"), [(lateral_loop, 0), (vertical_loop, 2)])
+def test_answers_to_a_step_are_the_simulators(make, axis):
+    offset = np.zeros((3, 1))
+    offset[axis] = 1e-3
+    left = Disturbed(1, offset=offset).fly(VEHICLE, hover(), 3.6)[:, axis, 0] / 1e-3
+    overshoot, rise, settled = step_of(make, Disturbance(airframe=AIRFRAME))
+    assert overshoot == pytest.approx(-100.0 * left.min(), rel=0.02)
+    assert rise == pytest.approx(0.002 * (np.argmax(left < 0.1) - np.argmax(left < 0.9)), abs=0.005)
+    assert settled == pytest.approx(0.002 * (1 + np.flatnonzero(np.abs(left) > 0.05)[-1]), abs=0.02)
 
 
 def adversaries(told: Disturbance, duration: float, seeds: range, late: int):
