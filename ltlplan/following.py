@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ltlplan.logic.budget import DEFAULT_BUDGET, Budget
 from ltlplan.paths.costs import with_expected_times, with_flown_times
 from ltlplan.replanning.alternatives import candidates
 from ltlplan.replanning.cuts import Candidate, Certified, Conflict, Cut, Flight
@@ -37,7 +38,13 @@ _EVERY = 15
 
 
 def followed(
-    certified: Certified, attempt: Attempt, *, seed: int, conditions: Conditions, progress: Progress | None = None
+    certified: Certified,
+    attempt: Attempt,
+    *,
+    seed: int,
+    conditions: Conditions,
+    progress: Progress | None = None,
+    budget: Budget = DEFAULT_BUDGET,
 ) -> tuple[Certified, FlightLog]:
     """Fly a certified team in simulation, more slowly where it strays too far from its plan, and return what was flown.
 
@@ -47,6 +54,7 @@ def followed(
         seed: Of the simulation.
         conditions: Of the simulation.
         progress: Receives a sentence and the share done, 0 to 1.
+        budget: Bounds on the searches for other plans.
 
     Raises:
         BadInput: The team cannot be simulated.
@@ -77,7 +85,7 @@ def followed(
         robot.hold + robot.times[-1] for robot in last.plan.robots.values()
     ):
         say("trying the plan's own times", (_ROUNDS + 1) / (_ROUNDS + 2))
-        planned = _planned(certified, attempt, log)
+        planned = _planned(certified, attempt, log, budget)
         if planned is not None:
             tried.append((planned, flown(planned, _ROUNDS + 1)))
             if all(log.worst_error() > mission.margin for _, log in tried):
@@ -123,7 +131,7 @@ def _slower(flown: tuple[Certified, FlightLog], first: FlightLog) -> Certified |
     return replace(certified, plan=plan, team=team, certificate=certificate) if certificate.holds else None
 
 
-def _planned(certified: Certified, attempt: Attempt, log: FlightLog) -> Certified | None:
+def _planned(certified: Certified, attempt: Attempt, log: FlightLog, budget: Budget) -> Certified | None:
     """Return the team at the plan's own times; None where that is not certified."""
     still = (
         f"a robot still strays {1000 * log.worst_error():.1f} mm"
@@ -133,7 +141,7 @@ def _planned(certified: Certified, attempt: Attempt, log: FlightLog) -> Certifie
     why = f"Slowed where it strays in simulation, {still}: the plan's own times are flown."
     plan = with_expected_times(certified.plan, certified.team).noting(why)
     refused: list[Flight | Conflict] = []
-    for candidate in candidates(Candidate(plan, (Cut("tracking", why, 0),)), refused):
+    for candidate in candidates(Candidate(plan, (Cut("tracking", why, 0),)), refused, budget):
         if candidate.plan.words != plan.words:
             return None
         found = attempt(candidate)

@@ -229,8 +229,9 @@ def run(
     target = None if out is None else check_folder(out, files)
     planned = partial(plan, seed=seed, workers=workers, known=Known(budget=budget))
     done = _certified(mission, planned, part_of(progress, 0.0, 0.7), budget)
-    part_of(progress, 0.7, 0.9)("flying in simulation", 0.0)
-    done, log = followed(done, attempted, seed=done.plan.seed, conditions=conditions, progress=part_of(progress, 0.7, 0.9))
+    say = part_of(progress, 0.7, 0.9)
+    say("flying in simulation", 0.0)
+    done, log = followed(done, attempted, seed=done.plan.seed, conditions=conditions, progress=say, budget=budget)
     result = Result(done.plan.mission, done.plan, done.team, done.certificate, log, done.rounds)
     if target is None:
         return result

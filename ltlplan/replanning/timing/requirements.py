@@ -83,7 +83,7 @@ class Requirements:
         self._late: int | None = None
         self._delays: dict[Formula, int] = {}
         self._hovers: dict[HoverPlace, int] = {}
-        places = {place for presence in flight.values() for place in _places(presence)}
+        places = {place for presence in flight.values() for place in (*presence.end.hovers, *presence.again)}
         for place in sorted(places):
             self._hovers[place] = self._variable(_REST if place in resting else 0.0, reach, worth=1.0)
         self._longer = self._longer_laps([presence.again for presence in flight.values()])
@@ -364,8 +364,3 @@ def _is_absence(node: Formula, negated: bool) -> bool:
     if node.operator == "!":
         node, negated = node.arguments[0], not negated
     return negated and bool(names_of(node))
-
-
-def _places(presence: Presence) -> Iterator[HoverPlace]:
-    yield from presence.end.hovers
-    yield from presence.again

@@ -178,7 +178,7 @@ def _round_data(certificate: Certificate, *, certified: bool) -> dict[str, Any]:
     }
 
 
-def _flight(certified: Any, progress: Progress, _budget: Budget) -> Outcome:  # a Certified; the pipeline is loaded by then
+def _flight(certified: Any, progress: Progress, budget: Budget) -> Outcome:  # a Certified; the pipeline is loaded by then
     from flight.conditions import conditions_of
     from ltlplan.following import followed
     from ltlplan.pipeline import attempted
@@ -188,7 +188,9 @@ def _flight(certified: Any, progress: Progress, _budget: Budget) -> Outcome:  # 
     say = part_of(progress, _CERTIFIED, _FLOWN)
     say("flying in simulation", 0.0)
     conditions = conditions_of(certified.plan.mission)
-    certified, log = followed(certified, attempted, seed=certified.plan.seed, conditions=conditions, progress=say)
+    certified, log = followed(
+        certified, attempted, seed=certified.plan.seed, conditions=conditions, progress=say, budget=budget
+    )
     plan = certified.plan
     result = Result(plan.mission, plan, certified.team, certified.certificate, log, certified.rounds)
     found = {
