@@ -35,6 +35,7 @@ class Disturbed:
     log: list = field(default_factory=list)  # of every step, where `watch` is set: what the proof bounds
     begun: list = field(default_factory=list)  # the same, at the beginning of each step
     watch: bool = False
+    behind: float = 0.0  # s, of a further lag between commands and rotors, which the model has not
 
     def fly(self, vehicle, path, duration):
         """Return positions after every step less the planned ones, m. Shape (steps, 3, n)."""
@@ -60,6 +61,7 @@ class Disturbed:
         loop = GEOMETRIC.begin(frame, start)
         past = [state] * 13
         zero = np.zeros((3, n))
+        reached, share = np.full((4, n), frame.hover_speed), -np.expm1(-STEP / self.behind) if self.behind else 1.0
         ticks = int(np.ceil(round(duration / CONTROL_STEP, 3)))
         errors = np.empty((ticks * SUBSTEPS, 3, n))
         for tick in range(ticks):
@@ -79,7 +81,8 @@ class Disturbed:
                 if self.watch:
                     self.begun.append(self._seen(frame, state, held, fed, force, self._reference(loop, path, t, sub * STEP)))
                 asked, held = autopilot.rotor_commands(held, self._attitude(state, at), rates, np.ones(n), STEP)
-                state = dynamics.step(state, asked * root, self.wind(at) if self.wind else 0.0, STEP)
+                reached = reached + share * (asked - reached)
+                state = dynamics.step(state, reached * root, self.wind(at) if self.wind else 0.0, STEP)
                 past = [*past[-12:], state]
                 if self.watch:
                     reference = self._reference(loop, path, t, (sub + 1) * STEP)

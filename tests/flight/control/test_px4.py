@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import subprocess
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -107,18 +108,21 @@ def test_a_tilt_settles_as_a_first_order_loop_of_its_gain():
     assert max(tilts) < 1.15 * aim
 
 
-def circle(radius: float, rate: float, seconds: float) -> np.ndarray:
-    """Fly a level circle from the middle of its motion, and return the distance from it at the end of each 20 ms."""
+def followed(path: Callable[[float, int], tuple[float, float, float]], seconds: float, orders: int = 5) -> np.ndarray:
+    """Fly a path from its middle, and return the distance from it at the end of each 20 ms.
+
+    Args:
+        path: Place or a derivative of it, by time and order.
+        seconds: How long.
+        orders: Of them so many are sent, from the place on.
+    """
     airframe = airframe_of(X500)
     times = CONTROL_STEP * np.arange(round(seconds / CONTROL_STEP))
 
     def flat(time: float) -> np.ndarray:
         rows = np.zeros((5, 4, 1))
-        for order in range(5):
-            rows[order, :2, 0] = np.array(
-                [math.cos(rate * time + order * math.pi / 2), math.sin(rate * time + order * math.pi / 2)]
-            )
-            rows[order, :2] *= radius * rate**order
+        for order in range(orders):
+            rows[order, :3, 0] = path(time, order)
         return rows
 
     first = flat(0.0)
@@ -130,8 +134,21 @@ def circle(radius: float, rate: float, seconds: float) -> np.ndarray:
             held = setpoint_of(rows, half * FRAME_STEPS * STEP)
             plant.aim(None if half else rows, held, plant.truth())
             plant.fly(held, None, 0.0, 0.0, FRAME_STEPS)
-        off.append(plant.state[:2, 0] - flat(time + CONTROL_STEP)[0, :2, 0])
+        off.append(plant.state[:3, 0] - path(time + CONTROL_STEP, 0))
     return np.linalg.norm(np.array(off), axis=1)
+
+
+def turning(rate: float, time: float, order: int, phase: float = 0.0) -> float:
+    """Return a derivative of the sine of a rate, rad/s, at a time, s."""
+    return rate**order * math.sin(rate * time + phase + order * math.pi / 2)
+
+
+def circle(radius: float, rate: float, seconds: float) -> np.ndarray:
+    """Fly a level circle from the middle of its motion, and return the distance from it at the end of each 20 ms."""
+    return followed(
+        lambda time, order: (radius * turning(rate, time, order, math.pi / 2), radius * turning(rate, time, order), 0.0),
+        seconds,
+    )
 
 
 def closed_form(radius: float, rate: float) -> float:
@@ -151,6 +168,25 @@ def closed_form(radius: float, rate: float) -> float:
 def test_the_steady_error_on_a_circle_is_that_of_the_linear_loop(radius, rate, seconds):
     away = circle(radius, rate, seconds)
     assert np.mean(away[-300:]) == pytest.approx(closed_form(radius, rate), rel=0.1)
+
+
+LOGGED = {
+    "level circle": (lambda t, k: (turning(1.0, t, k, math.pi / 2), turning(1.0, t, k), 0.0), 1.316),
+    "level eight": (lambda t, k: (turning(0.5, t, k), turning(1.0, t, k), 0.0), 1.575),
+    "upright circle": (lambda t, k: (turning(1.0, t, k, math.pi / 2), 0.0, turning(1.0, t, k)), 1.352),
+    "short eight": (lambda t, k: (turning(0.5, t, k), 0.0, turning(1.0, t, k)), 1.035),
+    "tall eight": (lambda t, k: (turning(1.0, t, k), 0.0, turning(0.5, t, k)), 1.464),
+}  # fmt: skip
+"""Paths and worst errors, m, behind the first quarter of PX4's flights in Gazebo: evannsm/px4_data_analysis on GitHub, vanilla_logs (July 2023)."""
+
+
+@pytest.mark.parametrize(
+    "name", [name if name == "level circle" else pytest.param(name, marks=pytest.mark.slow) for name in LOGGED]
+)
+def test_logged_errors_behind_positions_alone_are_met(name):
+    path, logged = LOGGED[name]
+    worst = followed(path, 13.0 if name == "level circle" else 40.0, orders=1)[400:].max()
+    assert worst == pytest.approx(logged, rel=0.2)
 
 
 @pytest.mark.parametrize(("vehicle", "controller", "said"), [

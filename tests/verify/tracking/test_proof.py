@@ -278,6 +278,16 @@ def test_more_of_a_disturbance_is_never_a_smaller_bound(name):
     assert bounds == sorted(bounds)
 
 
+@pytest.mark.parametrize(("behind", "within"), [(0.0, True), (0.1, False)])
+def test_a_plant_with_one_more_lag_is_caught_outside_the_model(behind, within):
+    """Rotors whose commands come through one more lag than the model has leave what is proved, in winds that the others stay within."""
+    path, told = hover(2.0), MODEST.changed(latency=(0.0, 0.0))
+    flights = adversaries(told, path.duration, range(40), 0)
+    flights.behind = behind
+    away = np.linalg.norm(flights.fly(VEHICLE, path, path.duration), axis=1).reshape(-1, SUBSTEPS, 40).max((1, 2))
+    assert bool(np.all(away <= bound_of(path, told).course)) is within
+
+
 @pytest.mark.slow
 def test_latency_and_battery_are_monotone_too():
     path, still = line(0.3), Disturbance(airframe=AIRFRAME, wind=0.02)
