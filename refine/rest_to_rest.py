@@ -130,14 +130,14 @@ def as_flown(robot: RobotFlight, start_yaw: float, departure: float) -> Spline:
     Args:
         robot: Its path.
         start_yaw: Its heading where that is constant, rad.
-        departure: When it departs, s.
+        departure: When it departs, s; less than a tick is no hover.
     """
     path = robot.path
     yaw = np.zeros((len(path) + 1, 4, 1)) if robot.yaw is None else robot.yaw.states
     if robot.yaw is None:
         yaw[:, 0] = start_yaw
     states, durations = np.concatenate([path.states, yaw], axis=2), path.durations
-    if departure > 0.0:
+    if departure >= TICK:
         states = np.concatenate([states[:1], states])
         durations = np.concatenate([[departure], durations])
     return Spline(durations, states)

@@ -17,7 +17,7 @@ from refine.feedback import feedback_of
 from refine.laps import team_laps
 from refine.parts import in_parts, longer_than_held, say_how_found
 from refine.refusals import with_reasons
-from refine.rest_to_rest import as_flown
+from refine.rest_to_rest import TICK, as_flown
 from refine.single_robot.task import Effort, Pace, RefinementOptions, RobotFlight, TooLong, unheard
 from refine.spline.rounding import quantise
 from refine.spline.spline import Spline
@@ -183,7 +183,7 @@ def _assemble(robot: RobotFlight, start_yaw: float, departure: float) -> Traject
     """
     path, cycle = as_flown(robot, start_yaw, departure), robot.cycle
     states, durations = path.states, path.durations
-    if departure > 0.0:
+    if departure >= TICK:
         cycle = None if cycle is None else cycle + 1
     if len(durations) == 1:
         if cycle is not None or np.array_equal(states[0], states[1]):

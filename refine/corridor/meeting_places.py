@@ -105,7 +105,7 @@ def _moved_apart(plan: Plan, distance: float, z_scale: float) -> tuple[Plan, lis
                     for other, flown in robots.items()
                     if other != name and name not in later[other]
                 }
-                blocks = (at for other in later[name] for at in ways[other])
+                blocks = (at for other in later[name] for at in ways.get(other, ()))  # two may come after each other
                 if meets or any(at.signed_distance(np.array(waypoint.position)) <= ASIDE for at in blocks):
                     leg, flown = (waypoints[index - 1], waypoint), list(itertools.chain(*ways.values()))
                     waypoints[index] = moved_outside(mission, name, left, leg, tuple(ends.values()), flown) or waypoint

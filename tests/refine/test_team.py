@@ -10,6 +10,7 @@ import pytest
 import flight
 import verify
 from refine import refine
+from refine import team as refined_teams
 from refine.corridor import planned
 from refine.corridor.planned import corridor_of
 from refine.corridor.points import thinned
@@ -194,6 +195,15 @@ def test_every_flight_has_two_pieces_at_least(tmp_path: Path) -> None:
     folder = flight.export(team, certificate, tmp_path / "out", force=True).folder
     assert all(len((folder / f"{name}.csv").read_text().splitlines()) == 3 for name in team)
     assert not any("second piece" in file.read_text() for file in folder.rglob("*.*"))
+
+
+def test_a_departure_later_by_less_than_a_tick_is_no_hover(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Programmes for times leave some 1e-11 s; as a piece these could not be slowed down."""
+    mission = room({"far": ball(2.5, -2.5)}, {"hop": Agent(start=(-1.5, 0.1, 1.0))})
+    plan = Plan(mission=mission, robots={"hop": straight((-1.5, 0.1, 1), (-0.5, 0.3, 1.2), (0.7, 0.3, 1.2))})
+    expected, found = refine(plan)["hop"], refined_teams.together
+    monkeypatch.setattr(refined_teams, "together", lambda *asked: (found(*asked)[0], {"hop": 2e-11}))
+    assert np.array_equal(refine(plan)["hop"].durations, expected.durations)
 
 
 def test_a_patrol_that_only_hovers_has_two_pieces() -> None:
