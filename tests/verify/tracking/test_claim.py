@@ -134,6 +134,15 @@ def test_a_plan_that_is_too_fast_is_refused_by_itself():
     assert "not even the plan alone" in refused(plan, {"r0": legs([[0, 0, 1], [0.5, 0, 1]], speed=1.0)})
 
 
+def test_gains_that_do_not_stabilise_the_vehicle_are_refused_in_one_sentence():
+    airframe = GENTLE.airframe
+    wild = GENTLE.changed(airframe=airframe.changed(gains=airframe.gains.changed(position=(2000.0, 2000.0))))
+    plan, team = flight(wild)
+    own = plan.mission.vehicle.changed(name="homemade", autopilot=None)
+    sentence = refused(plan.changed(mission=plan.mission.changed(vehicle=own)), team)
+    assert "the controller's gains are not shown to stabilise the vehicle" in sentence
+
+
 @pytest.fixture
 def folder(tmp_path):
     plan, team = flight()

@@ -278,6 +278,39 @@ def test_more_of_a_disturbance_is_never_a_smaller_bound(name):
     assert bounds == sorted(bounds)
 
 
+ALONE = {
+    "wind": {"wind": 0.1}, "position": {"position": 2e-4}, "velocity": {"velocity": 2e-3}, "attitude": {"attitude": 1e-3}, "gyroscope": {"gyroscope": 0.01},
+    "latency": {"latency": (0.0, 0.004)}, "mass": {"mass": 0.004}, "thrust": {"thrust": 0.006}, "drag": {"drag": 0.3}, "inertia": {"inertia": 0.08},
+    "start": {"start": 1e-3},
+}  # fmt: skip
+TOGETHER = {
+    key: value if key == "latency" else 0.2 * value for changes in ALONE.values() for key, value in changes.items()
+} | {"latency": (0.0, 0.002)}  # fmt: skip
+
+
+@few_of(2, "changes", [TOGETHER, *ALONE.values()], ids=["all together", *ALONE])
+def test_each_disturbance_alone_and_all_together_stay_within_the_bound(changes):
+    path, told, n = line(0.3, 2.0), Disturbance(airframe=AIRFRAME, sag=0.0, **changes), 24
+    rng = np.random.default_rng(len(changes) + len(next(iter(changes))))
+
+    def jumping(name):
+        size = getattr(told, name)
+        hold = int(rng.choice([15, 40, 100]))
+        ways = rng.normal(size=(1100 // hold + 2, 3, n))
+        table = size * ways / np.linalg.norm(ways, axis=1, keepdims=True)
+        return (lambda t: table[round(t / 0.002) // hold]) if size else None
+
+    away, ages = rng.normal(size=(3, n)), rng.integers(0, round(told.latency[1] / 0.002) + 1, 110)
+    flights = Disturbed(
+        n, wind=jumping("wind"), place=jumping("position"), speed=jumping("velocity"), attitude=jumping("attitude"), gyroscope=jumping("gyroscope"),
+        late=lambda tick: int(ages[tick]), mass=1 + told.mass * rng.choice([-1, 1], n), thrust=1 + told.thrust * rng.choice([-1, 1], n),
+        drag=1.0 + told.drag, inertia=tuple(1.0 + told.inertia * rng.choice([-1, 1], 3)), offset=told.start * away / np.linalg.norm(away, axis=0),
+    )  # fmt: skip
+    off = np.linalg.norm(flights.fly(VEHICLE, path, path.duration), axis=1)
+    assert off.max() > 1e-5, "it disturbs"
+    assert np.all(off.reshape(-1, SUBSTEPS, n).max((1, 2)) <= bound_of(path, told).course)
+
+
 @pytest.mark.parametrize(("behind", "within"), [(0.0, True), (0.1, False)])
 def test_a_plant_with_one_more_lag_is_caught_outside_the_model(behind, within):
     """Rotors whose commands come through one more lag than the model has leave what is proved, in winds that the others stay within."""
