@@ -31,7 +31,7 @@ sys.dont_write_bytecode = False
 # More processes than processors are at work: threads of linear algebra that wait for each other only take time from them.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # Whether an example takes long is the machine's affair: a test must not fail because others are at work.
-settings.register_profile("few", deadline=None, suppress_health_check=[HealthCheck.too_slow], max_examples=25)
+settings.register_profile("few", deadline=None, suppress_health_check=[HealthCheck.too_slow], max_examples=15)
 settings.register_profile("many", settings.get_profile("few"), max_examples=400)
 settings.load_profile("few")
 

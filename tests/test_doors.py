@@ -16,6 +16,7 @@ import refine
 import verify
 from ltlplan.online.simulated_online_flight import fly_online
 from ltlplan.pipeline import certified_team
+from tests.helpers.few import few_of
 from tests.helpers.flights import legs, plan_of, small_mission
 from verify.data import BadInput, Formula, Mission, Plan, Trajectory, Word, check_mission
 from verify.data.language.formula import TRUE
@@ -109,7 +110,7 @@ DOORS: dict[str, Callable[[Mission], Any]] = {
 
 
 @pytest.mark.parametrize("door", DOORS)
-@pytest.mark.parametrize("kind", MISSIONS)
+@few_of(4, "kind", MISSIONS)
 def test_missions_that_skipped_their_validation(kind: str, door: str, tmp_path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
     make, says = MISSIONS[kind]

@@ -99,6 +99,7 @@ def test_of_a_patrols_recording_its_laps_are_judged(patrol) -> None:
     assert 0.0 <= last - stage.claimed["r0"].duration < 0.05, "braking is not part of it"
 
 
+@pytest.mark.slow
 @few_of(
     1,
     ("name", "looks", "waits"),
