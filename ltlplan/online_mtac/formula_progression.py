@@ -6,7 +6,7 @@ leave another formula; what is left is their conjunction, so that whichever way 
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import reduce
 from typing import Literal
@@ -43,7 +43,7 @@ class _Telling:
         reached = self.reader.successor(told.state, letter)
         if reached == told.state:
             return told
-        return _Told(reached, FALSE if reached == DEAD else progressed(told.formula, [letter]))
+        return _Told(reached, FALSE if reached == DEAD else progressed(told.formula, letter))
 
     def team_letter(self, held: Mapping[str, Letter]) -> Letter:
         return self.reader.team_letter(held)
@@ -108,12 +108,17 @@ def formula_left(
     return reduce(_and, (found[text] for text in sorted(found)), TRUE)
 
 
-def progressed(formula: Formula, letters: Iterable[Letter]) -> Formula:
-    """Return what must hold of the rest of a trace, which is never empty, after letters were read (no X in the formula)."""
-    return reduce(_after, letters, formula)
+def progressed(node: Formula, letter: Letter) -> Formula:
+    """Return what must hold of the rest of a trace, which is never empty, after a letter was read.
 
+    Args:
+        node: The formula.
+        letter: Of the team.
 
-def _after(node: Formula, letter: Letter) -> Formula:
+    Raises:
+        NotCertified: There is an X in it.
+        BadInput: It depends on how many robots there are.
+    """
     parts = node.arguments
     match node.operator:
         case "true" | "false":
@@ -121,25 +126,25 @@ def _after(node: Formula, letter: Letter) -> Formula:
         case "name" | "count":  # of a written-out formula: propositions of the team's letter
             return TRUE if node.atom in letter else FALSE
         case "!":
-            return negated(_after(parts[0], letter))
+            return negated(progressed(parts[0], letter))
         case "&":
-            return _and(_after(parts[0], letter), _after(parts[1], letter))
+            return _and(progressed(parts[0], letter), progressed(parts[1], letter))
         case "|":
-            return _or(_after(parts[0], letter), _after(parts[1], letter))
+            return _or(progressed(parts[0], letter), progressed(parts[1], letter))
         case "->":
-            return _or(negated(_after(parts[0], letter)), _after(parts[1], letter))
+            return _or(negated(progressed(parts[0], letter)), progressed(parts[1], letter))
         case "<->" | "xor":
-            left, right = _after(parts[0], letter), _after(parts[1], letter)
+            left, right = progressed(parts[0], letter), progressed(parts[1], letter)
             same = _or(_and(left, right), _and(negated(left), negated(right)))
             return same if node.operator == "<->" else negated(same)
         case "F":
-            return _or(_after(parts[0], letter), node)
+            return _or(progressed(parts[0], letter), node)
         case "G":
-            return _and(_after(parts[0], letter), node)
+            return _and(progressed(parts[0], letter), node)
         case "U" | "W":
-            return _or(_after(parts[1], letter), _and(_after(parts[0], letter), node))
+            return _or(progressed(parts[1], letter), _and(progressed(parts[0], letter), node))
         case "R" | "M":
-            return _and(_after(parts[1], letter), _or(_after(parts[0], letter), node))
+            return _and(progressed(parts[1], letter), _or(progressed(parts[0], letter), node))
         case "X" | "X[!]":
             raise NotCertified("a mission's formula has no X, so none can be left.")
         case _:
@@ -161,7 +166,7 @@ def _anew(node: Formula, letters: Sequence[Letter]) -> Formula:
             return _or(_anew(parts[0], letters), _anew(parts[1], letters))
         case "F" | "U":
             now = _now(parts[-1])
-            if now == TRUE or all(_after(now, letter) == FALSE for letter in letters):
+            if now == TRUE or all(progressed(now, letter) == FALSE for letter in letters):
                 return node
             return Formula(node.operator, (*parts[:-1], _and(negated(now), node)))
         case _:

@@ -26,6 +26,8 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
 from verify.data.arrays import Floats
 
 Kind = Literal["STRAIGHT", "S_CURVE", "U_TURN", "TURN"]
@@ -82,15 +84,17 @@ def turn(dist_x: float, dist_yz: float) -> float:
     return dist_x + dist_yz * math.pi / 2
 
 
-def choose(previous: Floats | None, current: Floats, following: Floats, axes: Floats) -> Primitive:
+def choose(previous: Floats | None, current: Floats, following: Floats, axes: Floats | None) -> Primitive:
     """Choose the primitive from one control point to the next (Algorithm 1, lines 13 to 25).
 
     Args:
         previous: The control point before the current one, m; None at the start, where no direction is changed.
         current: m. Shape (3,).
         following: The next control point, m. Shape (3,).
-        axes: The hoop's own axes as columns. Shape (3, 3).
+        axes: The hoop's own axes as columns; None where there is no hoop, and the way is straight. Shape (3, 3).
     """
+    if axes is None:
+        return Primitive("STRAIGHT", float(np.linalg.norm(following - current)))
     ahead, left, up = axes.T @ (following - current)
     dist_x, dist_yz = abs(float(ahead)), math.hypot(left, up)
     if dist_yz <= _ALIGNED:

@@ -47,16 +47,9 @@ class Stop:
 
 def primitives_between(stops: Sequence[Stop]) -> list[Primitive]:
     """Return the primitive of each segment between stops."""
-    result = []
-    for i in range(1, len(stops)):
-        previous = stops[i - 2].position if i > 1 else None
-        axes = stops[i].axes
-        if axes is None:
-            chord = stops[i].position - stops[i - 1].position
-            result.append(Primitive("STRAIGHT", float(np.linalg.norm(chord))))
-        else:
-            result.append(choose(previous, stops[i - 1].position, stops[i].position, axes))
-    return result
+    positions = [stop.position for stop in stops]
+    segments = zip([None, *positions], positions, stops[1:], strict=False)
+    return [choose(previous, current, stop.position, stop.axes) for previous, current, stop in segments]
 
 
 def holds(mission: Mission, point: Floats, region: str) -> bool:

@@ -265,7 +265,8 @@ def path_problem(
     """
     waypoints = np.array([w.position for w in plan.waypoints])
     nominal = LeastSnapSpline(plan.times, plan.cycle_waypoint)
-    length = _length(nominal, waypoints)
+    dense = nominal.evaluate(waypoints, np.linspace(nominal.times[0], nominal.times[-1], 2000))
+    length = float(np.linalg.norm(np.diff(dense, axis=0), axis=1).sum())
     count = points if points is not None else int(np.clip(np.ceil(length / _SPACING), 4, _POINTS))
     choices = [_equidistant(nominal, waypoints, count)]
     if points is None:
@@ -283,11 +284,6 @@ def path_problem(
             if keeps.keeps(sampling.paths(knots).axes(0))[0]:
                 return problems[-1]
     return problems[-1]
-
-
-def _length(spline: LeastSnapSpline, waypoints: Floats) -> float:
-    at = np.linspace(spline.times[0], spline.times[-1], 2000)
-    return float(np.linalg.norm(np.diff(spline.evaluate(waypoints, at), axis=0), axis=1).sum())
 
 
 def _equidistant(spline: LeastSnapSpline, waypoints: Floats, count: int) -> tuple[Floats, int | None]:

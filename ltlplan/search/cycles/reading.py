@@ -148,9 +148,6 @@ class CycleReading(PaidApart):
     def _effects_at(self, home: int) -> CycleEffects:
         return CycleEffects(self._places.followers, self._places.remembered[home])
 
-    def _left_at(self, key: _Key) -> tuple[Floats, float]:
-        return self._costs_left(key.home, self._places.places[key.at][0] if key.home == _BEFORE else key.at, key.shown)
-
     @memoized
     def _costs_left(self, home: int, at: int, shown: int) -> tuple[Floats, float]:
         """Return what is left for each account, for some ways to share it out of which one is taken, and the least sum. Shape (shares, accounts)."""
@@ -185,16 +182,16 @@ class CycleReading(PaidApart):
         """
         closed = is_complete(state)
         key = self._states.known[state - complete(0) if closed else state]
+        begun = self._places.places[key.at][0] if key.home == _BEFORE else key.home
         bound, total, haste = max(paid), sum(paid), self._terms.haste
         if not closed:
-            costs, least = self._left_at(key)
+            costs, least = self._costs_left(key.home, begun if key.home == _BEFORE else key.at, key.shown)
             bound, total = float((haste * costs + paid).max(axis=1).min()), total + least
             if key.home == _BEFORE:
                 bound = max(bound, (sum(paid) + haste * self._before[key.at]) / len(paid))
         if bound == math.inf:
             return (bound,)
-        home = self._places.places[key.at][0] if key.home == _BEFORE else key.home
-        together = (closed or key.home != _BEFORE) and not self._terms.apart[home]
+        together = (closed or key.home != _BEFORE) and not self._terms.apart[begun]
         return math.floor(bound / _GRAIN) * _GRAIN, together, total
 
     def cycle(self, found: Found) -> tuple[list[Nodes], list[Nodes]]:

@@ -1,6 +1,7 @@
 """What is left of a formula: right for every way to read what was flown, by brute force over readings."""
 
 import itertools
+from functools import reduce
 from random import Random
 
 import pytest
@@ -26,7 +27,7 @@ RESTS = ([set()], [{"a"}, set(), {"b"}], [{"c"}, {"a"}, set()], [{"b"}, set()], 
 def test_progression_asks_of_the_rest_what_the_formula_asks_of_the_whole(text, letters):
     formula = parse_formula(text)
     read = [frozenset(letter) for letter in letters]
-    left = progressed(formula, read)
+    left = reduce(progressed, read, formula)
     for rest in ([set()], [{"a"}, {"b"}], [{"c"}, {"a"}, set()], [{"b"}], [set(), {"a", "c"}]):
         whole = [*letters, *rest]
         assert bool(check_word(left, rest)) == bool(check_word(formula, whole)), (str(left), whole)
@@ -41,7 +42,7 @@ def test_progression_asks_the_same_of_formulas_that_count(seed):
     reader = Reader(World(mission.model_copy(update={"spec": mission.spec.model_copy(update={"formula": str(formula)})})))
     word = [{name: frozenset(x for x in "ab" if rng.random() < 0.5) for name in names} for _ in range(6)]
     for cut in range(1, len(word)):
-        left = progressed(asked, [reader.team_letter(held) for held in word[:cut]])
+        left = reduce(progressed, map(reader.team_letter, word[:cut]), asked)
         assert holds(left, word[cut:]) == holds(formula, word), cut
         state = reader.initial
         for held in word:
@@ -126,5 +127,5 @@ def test_a_letter_that_is_held_and_was_read_is_asked_for_anew():
 
 def test_reading_a_letter_again_makes_nothing_longer():
     formula = parse_formula("G(a -> F c) & F b & (a W b)")
-    once = progressed(formula, [frozenset("a")])
-    assert progressed(once, [frozenset("a")] * 20) == progressed(once, [frozenset("a")])
+    once = progressed(formula, frozenset("a"))
+    assert reduce(progressed, [frozenset("a")] * 20, once) == progressed(once, frozenset("a"))
