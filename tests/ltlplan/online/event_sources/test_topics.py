@@ -51,6 +51,7 @@ def test_messages_from_before_they_were_asked_for_are_heard_in_order(followed):
     assert followed() == []
 
 
+@pytest.mark.slow  # waits for a second
 def test_who_is_not_heard_is_said(followed):
     with publishing(DOMAIN, TOPIC, "best effort", "one fails"), publishing(DOMAIN, TOPIC, "number", ""):
         said = " ".join(heard(followed, 2))

@@ -48,7 +48,8 @@ def test_jobs_go_from_postgresql_to_sqlite_and_to_postgresql(server: Server, tmp
                     assert (found.state, found.files, found.problem) == (each.state, each.files, each.problem)
                 assert await heard(jobs, done) == events
                 assert (await jobs.submit(SMALL)).found
-                assert (await ended(jobs, await jobs.submit(SMALL, seed=2))).state == "done"
+        async with service(tmp_path / "tables", database=other) as jobs:
+            assert (await ended(jobs, await jobs.submit(SMALL, seed=2))).state == "done"
 
     run(check())
 
