@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from ltlplan.allocation import Itinerary
@@ -47,6 +47,7 @@ class Problem:
         capacities: Robots that regions hold, where refinement found no places for more.
         cheapest: Prices missions that ask for less, where there is no plan; None where these have none either.
         explain: Says why there is no plan; gets the order of the robots, with words, that breaks the cheapest plan of a fixed order.
+        few: Regions up to which robots may stop at all of them; beyond, at those that matter.
     """
 
     mission: Mission
@@ -58,18 +59,25 @@ class Problem:
     explain: Callable[[Problem, Sequence[tuple[str, Word]]], Unsatisfiable] = lambda *_: Unsatisfiable(
         "No plan satisfies the formula."
     )
+    few: int = FEW
 
     @cached_property
     def systems(self) -> Systems:
         """The robots' abilities."""
         layout = Layout(self.mission)
-        places = places_that_matter(self.mission, layout)
+        places = places_that_matter(self.mission, layout, self.few)
         return Systems(self.mission, self.cost, places=places, layout=layout, metre=self.metre)
 
     @cached_property
     def each(self) -> list[TransitionSystem]:
         """Every robot's system, in the mission's order."""
         return [self.systems.of(name) for name in self.mission.agents]
+
+    @property
+    def leaner(self) -> tuple[Problem, ...]:
+        """The same problem where robots stop at regions that matter alone, if there are others; else none."""
+        matter = places_that_matter(self.mission, self.systems.layout, 0)
+        return () if matter is None or len(matter) == len(self.mission.all_regions) else (replace(self, few=0),)
 
     @property
     def several(self) -> bool:
@@ -89,7 +97,7 @@ class Problem:
             TooLarge: It speaks of more names than conditions on letters can be made of.
         """
         mission = self.mission
-        if len(mission.all_regions) <= FEW:
+        if len(mission.all_regions) <= self.few:
             return mission.formula
         shown = {name for system in self.each for label in system.labels for name in label}
         asked = mission.formula.substitute(dict.fromkeys(mission.all_regions.keys() - shown, FALSE))

@@ -11,22 +11,27 @@ from __future__ import annotations
 from ltlplan.free_space.free_space import FreeSpace, Place
 from ltlplan.logic.signed_parts import signed_parts
 from ltlplan.systems.region_labels import Layout
-from verify.data import Mission, parse_formula
+from verify.data import Mission
 from verify.data.language.formula import FREE
 
 FEW = 150
 """Regions up to which all of them are kept: where the way of a plan is blocked, it may lead through any of them."""
 
 
-def places_that_matter(mission: Mission, layout: Layout) -> frozenset[str] | None:
+def places_that_matter(mission: Mission, layout: Layout, few: int = FEW) -> frozenset[str] | None:
     """Return the regions at which robots may have to stop; None where that may be all of them.
 
     These are the regions that the formula names or that permit an action, and whatever overlaps one of them, however far that
     goes on.
+
+    Args:
+        mission: Whose robots.
+        layout: How its regions lie.
+        few: Regions up to which all of them are kept.
     """
-    if len(mission.all_regions) <= FEW or mission.environment is not None or mission.spec.formula is None:
+    if len(mission.all_regions) <= few or mission.environment is not None or mission.spec.formula is None:
         return None
-    written = parse_formula(mission.spec.formula, mission.propositions)
+    written = mission.written
     if any(node.name == FREE and not sign for node, sign in signed_parts(written)):
         return None
     matter = set(written.names() & mission.all_regions.keys())

@@ -137,3 +137,24 @@ def test_durations_owe_nothing_to_names_and_order_and_little_to_sides(seed: int)
     lasts = [flown(ltlplan.plan(other.mission()))[0] for other in (team, team.renamed(), team.reordered(), team.mirrored())]
     assert lasts[1:3] == pytest.approx([lasts[0], lasts[0]], rel=1e-6)
     assert lasts[3] == pytest.approx(lasts[0], rel=MIRRORED)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2, 3, 4, 8, 9, 10, 11, 15, 16, 18, 22, 24, 25])
+def test_durations_owe_nothing_to_a_region_that_is_not_in_the_way(seed: int) -> None:
+    """Joint missions whose region is not in the way: the bounds are the same with it."""
+    team = drawn(seed)
+    more = team.unrelated(seed)
+    assert RoomBounds(team, 1.0, more.values()).cost == pytest.approx(RoomBounds(team, 1.0).cost, rel=1e-9)
+    plans = [ltlplan.plan(team.mission(more=regions)) for regions in ({}, more)]
+    assert plans[1].cost == pytest.approx(plans[0].cost, rel=1e-6)
+    assert flown(plans[1])[0] == pytest.approx(flown(plans[0])[0], rel=1e-6)
+
+
+@pytest.mark.parametrize("seed", [pytest.param(4, marks=pytest.mark.slow), 11])
+def test_robots_take_turns_in_the_same_order_beside_a_region_that_is_not_named(seed: int) -> None:
+    """Their order was looked for among states of all regions, and given up for the order in which robots are listed."""
+    team = drawn(seed)
+    plain, beside = (ltlplan.plan(team.mission(more=more)) for more in ({}, team.unrelated(seed)))
+    assert beside.precedences == plain.precedences
+    assert beside.words == plain.words

@@ -50,10 +50,11 @@ def plan_stages(problem: Problem) -> Allocation:
         marks = None if crowded or problem.asked.uses_next() else asked
         waits, precedences = waits_of(each, found, marks)
     except HoversOutside:  # but flights may be timed so that nobody has to, or it waits there
-        with contextlib.suppress(TooLarge, Infeasible):
-            ordered = orders.plan(problem)
-            if ordered is not None:
-                return ordered
+        for asked_first in (*problem.leaner, problem):
+            with contextlib.suppress(TooLarge, Infeasible):
+                ordered = orders.plan(asked_first)
+                if ordered is not None:
+                    return ordered
         events = precedences_of(each, found)
         if events is None:
             raise
