@@ -14,7 +14,6 @@ import pytest
 
 from tests.helpers.bounded_work import TooLong, within
 from tests.helpers.brute_force import Timed, outcomes
-from tests.helpers.few import few_of
 from tests.helpers.kernel_words import kernel_statement, kernel_timeline
 from tests.helpers.proofs import checked, tables, untrue
 from tests.helpers.random_teams import random_formula, short_timeline
@@ -185,7 +184,8 @@ def honest_proofs(each: int) -> list[Any]:
     return [prove(one.plan, one.team, one.certificate) for one in flights(each)]
 
 
-@few_of(1, ("number", "each"), [(2, 7), (200, 1)])
+@pytest.mark.slow
+@pytest.mark.parametrize(("number", "each"), [(2, 7), (200, 1)])
 def test_no_faulty_finder_makes_the_kernel_say_a_wrong_yes(number: int, each: int) -> None:
     """Faults of what finds; not of `proof_folder`, which reads and writes files."""
     drawn = [fault for fault in draw(None, 1, "verify/proofs", wide=True) if not fault.path.endswith("proof_folder.py")]

@@ -237,7 +237,8 @@ def test_an_edit_by_which_a_stay_was_hidden() -> None:
     assert_no_wrong_yes(Random(46600), Counter())
 
 
-@pytest.mark.parametrize(("count", "each"), [(75, 4), pytest.param(COUNT, 1, marks=pytest.mark.slow)])
+@pytest.mark.slow  # edited proofs, statements and flights of `test_refused` run by default
+@pytest.mark.parametrize(("count", "each"), [(75, 4), (COUNT, 1)])
 def test_edited_files_are_refused_or_true(count: int, each: int) -> None:
     found = Counter[str]()
     for seed in range(count):

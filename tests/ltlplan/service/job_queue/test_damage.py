@@ -84,6 +84,7 @@ def test_nothing_damaged_is_served_and_asking_again_mends_it(data: Path, damage:
     run(check())
 
 
+@pytest.mark.slow
 @few_of(1, "damage", DAMAGES, ids=lambda each: each.__name__)
 def test_what_a_stage_takes_is_made_once_more(data: Path, tmp_path: Path, damage: Damage) -> None:
     async def check() -> None:

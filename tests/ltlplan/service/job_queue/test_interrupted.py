@@ -18,6 +18,7 @@ from ltlplan.service.job_queue.engine import TRIES as LOOPS
 from ltlplan.service.job_queue.jobs import Jobs
 from ltlplan.service.models import Health
 from ltlplan.service.settings import Settings
+from tests.helpers.few import few_of
 from tests.helpers.flights import small_mission
 from tests.helpers.job_services import ended, run, service
 
@@ -66,7 +67,7 @@ async def looked(jobs: Jobs, what: Callable[[Health], bool]) -> Health:
     return found
 
 
-@pytest.mark.parametrize(("deaths", "state"), [(TRIES - 1, "done"), (TRIES, "failed")])
+@few_of(1, ("deaths", "state"), [(TRIES - 1, "done"), (TRIES, "failed")])
 def test_a_job_whose_fork_server_dies_ends(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, deaths: int, state: str) -> None:
     connect, starts = forkserver.connect_to_new_process, []
 

@@ -93,6 +93,7 @@ def _say(line: ClientConnection, said: Any) -> None:
         line.recv(timeout=0.3)
 
 
+@pytest.mark.slow
 def test_what_is_said_over_sockets_stops_nothing_and_is_no_bug(served: Served) -> None:
     name = f"lab-{uuid.uuid4().hex[:12]}"
     log = served.data.parent / f"{served.data.name}.log"
