@@ -5,7 +5,7 @@ from __future__ import annotations
 from nicegui.element import Element
 
 
-class PairOfFlights(Element, component="assets/pair.js"):
+class PairOfFlights(Element, component="../assets/pair.js"):
     """Two flights on one clock; the scenes' own scripts come with the mission's world."""
 
     def show(self, first: str | None, second: str | None) -> None:
