@@ -1,4 +1,4 @@
-"""Hovers of `mellinger` on its filter under the disturbances of docs/tracking.md, by the simulator's own parts: many at once."""
+"""Flights of `mellinger` on its filter under the disturbances of docs/tracking.md, by the simulator's own parts: many at once."""
 
 from __future__ import annotations
 
@@ -44,6 +44,7 @@ class Hovers:
     thrust: np.ndarray | None = None
     offset: np.ndarray | None = None
     lag: float = 1.0  # times the rotors'
+    plan: object = None  # by frame: derivatives of the plan. Shape (5, 3)
 
     def fly(self, vehicle, autopilot, steps):
         """Return place, velocity, attitude and rates after every step, and place, velocity and attitude as known. Shapes (steps, ., n)."""
@@ -51,8 +52,7 @@ class Hovers:
         slow = frame.changed(rotor_lag=self.lag * frame.rotor_lag)
         start = np.zeros((4, n))
         start[:3] = 0.0 if self.offset is None else self.offset
-        flat = np.zeros((5, 4, n))
-        setpoint = setpoint_of(flat, 0.0)
+        setpoint = self.setpoint(0)
         mass = vehicle.mass * (np.ones(n) if self.mass is None else self.mass)
         plant = RotorPlant(slow, MELLINGER.laws(frame), start, setpoint, mass, self.thrust)
         plant._rows[13:17] = frame.hover_speed
@@ -63,6 +63,7 @@ class Hovers:
         found, known = [], kalman.known(rows)
         for step in range(steps):
             tick = step // STEPS
+            setpoint = self.setpoint(tick) if step % STEPS == 0 else setpoint
             if step and step % STEPS == 0:
                 seen = past[-1 - (self.late(tick) if callable(self.late) else self.late)]
                 sensed = np.zeros((SENSED, n))
@@ -78,3 +79,10 @@ class Hovers:
             past = [*past[-24:], np.concatenate([plant.state[:3], plant.state[6:10]])]
             found.append(np.concatenate([plant.state[:13], known]))
         return np.array(found)
+
+    def setpoint(self, tick):
+        """Return what the commander on board asks for in a frame."""
+        flat = np.zeros((5, 4, self.n))
+        if self.plan is not None:
+            flat[:, :3] = self.plan(tick)[:, :, None]
+        return setpoint_of(flat, 0.0)

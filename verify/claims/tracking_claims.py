@@ -16,18 +16,18 @@ from verify.data.mission import Mission
 from verify.data.trajectory import Trajectory
 from verify.data.vehicle import Vehicle
 from verify.tracking.error_model import NotProved
-from verify.tracking.onboard_proof import HoverBound, prove_hover
+from verify.tracking.onboard_proof import BoardBound, prove_on_board
 from verify.tracking.proof import TrackingBound, model_of, prove
 
 PROVED_CONTROLLER = "geometric"
-"""The controller that there is a proof for, of any flight."""
+"""The controller that there is a proof for at any heading."""
 ON_BOARD = "mellinger"
-"""The controller that there is a proof for, of hovers."""
+"""The controller that there is a proof for at heading 0."""
 LONGEST = {PROVED_CONTROLLER: 600.0, ON_BOARD: 60.0}
 """s of a flight that is proved, by controller."""
 _FLOWN = {
     PROVED_CONTROLLER: "with set-points, by `geometric` at 50 Hz, that are not rounded",
-    ON_BOARD: "where it hovers, by `mellinger` on its filter, at 100 Hz",
+    ON_BOARD: "with set-points of polynomials on board at 100 Hz, by `mellinger` on its filter",
 }
 _ASSUMED = {
     PROVED_CONTROLLER: "a start at rest in hover, summed errors zero",
@@ -67,9 +67,9 @@ def _lacking(mission: Mission, robot: str, path: Trajectory, duration: float) ->
     vehicle, airframe = mission.vehicle_of(robot), mission.disturbance.airframe
     follows = vehicle.controller or PROVED_CONTROLLER
     if follows not in LONGEST:
-        return f"{robot}: no proof for this controller, '{follows}'; there is one for '{PROVED_CONTROLLER}', and for hovers of '{ON_BOARD}'."
-    if follows == ON_BOARD and not hovers(path):
-        return f"{robot}: no proof for this controller, '{ON_BOARD}', on a way; there is one for its hovers at heading 0, and for '{PROVED_CONTROLLER}'."
+        return f"{robot}: no proof for this controller, '{follows}'; there is one for '{PROVED_CONTROLLER}' and '{ON_BOARD}'."
+    if follows == ON_BOARD and np.any(path.coefficients[:, 3]):
+        return f"{robot}: no proof for this controller, '{ON_BOARD}', at other headings than 0; there is one for '{PROVED_CONTROLLER}'."
     if follows == ON_BOARD and vehicle.autopilot is None:
         return f"{robot}: no proof for this controller, '{ON_BOARD}', as the profile of '{vehicle.name}' names no `autopilot` with its gains."
     if vehicle != mission.vehicle:
@@ -88,12 +88,6 @@ def _lacking(mission: Mission, robot: str, path: Trajectory, duration: float) ->
     return ""
 
 
-def hovers(path: Trajectory) -> bool:
-    """Return whether a path stays where it is, at heading 0."""
-    still = path.coefficients
-    return bool(np.all(still[:, :, 1:] == 0.0) and np.all(still[:, :, 0] == still[0, :, 0]) and np.all(still[:, 3, 0] == 0.0))
-
-
 @dataclass(frozen=True, slots=True)
 class _Asked:
     """One robot's flight and what may disturb it."""
@@ -106,7 +100,7 @@ class _Asked:
 
 
 @lru_cache(maxsize=64)
-def _proved(asked: _Asked) -> TrackingBound | HoverBound | str:
+def _proved(asked: _Asked) -> TrackingBound | BoardBound | str:
     """Return what is proved of a flight, or what stands in the way."""
     vehicle, told = asked.vehicle, asked.disturbance
     try:
@@ -114,7 +108,7 @@ def _proved(asked: _Asked) -> TrackingBound | HoverBound | str:
             return prove(model_of(asked.path, asked.duration, asked.start, vehicle, told))
         assert vehicle.autopilot is not None, "else it is lacking"
         offset = float(np.linalg.norm(asked.path.coefficients[0, :3, 0] - np.array(asked.start))) * (1.0 + 1e-12)
-        return prove_hover(vehicle, vehicle.autopilot, told, asked.duration, offset)
+        return prove_on_board(vehicle, vehicle.autopilot, told, (asked.path, asked.duration), offset)
     except NotProved as reason:
         return str(reason)
 
@@ -157,7 +151,7 @@ def _claim(robot: str, asked: _Asked, margin: float, share: float | None) -> Cla
     controller = asked.vehicle.controller or PROVED_CONTROLLER
     set_points = _FLOWN[controller]
     assumed = f"Assumed: {_ASSUMED[controller]}; {_stated(asked.disturbance)}"
-    tight = "it is the same at all times" if isinstance(found, HoverBound) else f"it is tight at {found.time:.2f} s"
+    tight = f"it is tight at {found.time:.2f} s"
     said = " ".join(f"{part}." for part in (costs, assumed) if part)
     if within:
         sentence = f"{robot} stays within {bound} m of its plan under the stated disturbances, {set_points} (margin {margin:.5g} m); {tight}. {said}"

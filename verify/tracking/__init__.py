@@ -4,6 +4,6 @@ Read `sampled_loop` (kernels of linear loops, every rounding counted) and `loops
 `flatness` what is fed forward. `error_model` holds the values, `tilts`, `circumstances` and `remainders` bound what drives the loops, and `nominal` what is
 known of it. `proof` closes the bounds.
 
-Hovers of `mellinger` on the filter on board: `slopes` and `rotations` are numbers, `onboard_model` and `onboard_filter` laws in them; `onboard_loop` is a linear loop
-near these, `onboard_responses` its sums, `onboard_laws` holds what is beside it, and `onboard_proof` closes the bounds.
+`mellinger` on the filter on board: `slopes` and `rotations` are numbers, `onboard_model` and `onboard_filter` laws in them; `onboard_loop` is a linear loop
+near these, `onboard_responses` its sums, `onboard_laws` holds what is beside it, `onboard_plan` follows a plan without disturbances, and `onboard_proof` closes the bounds.
 """

@@ -150,7 +150,7 @@ class Filter:
         """Return a correction of the attitude less what is dropped of it in body axes, which is all or nothing."""
         found = correction - applied(turn, dropped)
         size = magnitude(turn)
-        return found.within(size @ (size.T @ magnitude(correction)) * (1.0 + 1e-12))
+        return found.within(np.einsum("ij...,kj...,k...->i...", size, size, magnitude(correction)) * (1.0 + 1e-12))
 
     def _placed(self, state: Slopes, spread: Slopes, seen: Slopes) -> tuple[Slopes, Slopes]:
         for k in range(3):
@@ -193,8 +193,8 @@ class Filter:
         least = self.noise.least_variance
         low, size = spread.value.low, magnitude(spread)
         for part in (slice(3, 6), slice(6, 9)):
-            beside = size[part, part].sum(1) - np.diag(size[part, part])
-            if not np.all(np.diag(low[part, part]) - beside > 1.001 * least):
+            beside = size[part, part].sum(1) - size[part, part].diagonal().T
+            if not np.all(low[part, part].diagonal().T - beside > 1.001 * least):
                 raise ArithmeticError("a variance of the filter may reach its least")
         floor = np.full((9, 9), -np.inf)
         floor[range(3), range(3)] = least
@@ -215,7 +215,7 @@ def joined_columns(*parts: Slopes) -> Slopes:
 
 def applied_wide(columns: Slopes, vector: Slopes) -> Slopes:
     """Return three columns times a vector of three, or a matrix of three rows."""
-    if len(vector.value.low.shape) == 1:
+    if vector.value.low.ndim < columns.value.low.ndim:
         return sum((columns[:, k] * vector[k] for k in (1, 2)), start=columns[:, 0] * vector[0])
     return sum((outer(columns[:, k], vector[k]) for k in (1, 2)), start=outer(columns[:, 0], vector[0]))
 

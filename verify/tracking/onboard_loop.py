@@ -51,6 +51,7 @@ class Linear:
         law: What rotors strive for, and what the sum about z takes, by estimate (9), rates (3), sums (4), last slips (3). Shape (5, 19).
         estimate: After the filter, of estimate and covariance, by estimate (9), gyroscopes (3), lift (1), place and attitude seen (6), dropped (3), covariance.
             Shape (54, 67).
+        setpoint: As `law`, by set-points: place, speed, acceleration, rates. Shape (5, 12).
         lag: Of the rotors, s.
         late: Steps by which cameras are late.
     """
@@ -58,6 +59,7 @@ class Linear:
     motion: Floats
     law: Floats
     estimate: Floats
+    setpoint: Floats
     lag: float
     late: int
 
@@ -173,6 +175,7 @@ def frame_of(linear: Linear) -> tuple[Frame, Flow]:
         "wind": after @ (moved @ Matrix.exact(linear.motion[:, 17:20])),
         "gyroscope": total(after @ (asked @ Matrix.exact(gyro)), Matrix.exact(sensed)),
         "within": Matrix.exact(lifting[:, :BODY]),
+        "setpoint": total(after @ (asked @ Matrix.exact(linear.setpoint[:4])), Matrix.exact(_told(linear.setpoint[4]))),
     }
     far = linear.late >= SUBSTEPS
     jump = np.eye(N)
@@ -195,6 +198,13 @@ def frame_of(linear: Linear) -> tuple[Frame, Flow]:
         "thrust": after @ Matrix(asked.mid[:, :1], asked.rad[:, :1]),
     }
     return Frame(step, recorded, Matrix.exact(jump), stepped, {k: Matrix.exact(v) for k, v in jumped.items()}, constant), flow
+
+
+def _told(turned: Floats) -> Floats:
+    """Return what a set-point leaves in sums and in what is remembered of rates, of what the sum about z takes of it."""
+    found = np.zeros((N, 12))
+    found[SUMS, 0:3], found[TURNED], found[SLIP, 9:12] = H * np.eye(3), turned, np.eye(3)
+    return found
 
 
 def _estimated(columns: Floats) -> Floats:

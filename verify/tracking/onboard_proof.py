@@ -1,6 +1,7 @@
-"""The proof that `mellinger`, on the filter on board, keeps a vehicle near a hover.
+"""The proof that `mellinger`, on the filter on board, keeps a vehicle near its plan.
 
-Bounds on all states allow remainders: what body, law and filter are beside linear ones, bounded by slopes. If the loop makes less than the bounds of these
+What set-points make of a linear loop at hover is known; bounds are on what states are beside that. They allow remainders: what body, law and filter are
+beside linear ones, for all that states may be, bounded by slopes. If the loop makes less than the bounds of these
 and of the disturbances, strictly, nothing ever leaves them; as in `proof`, but with one bound of each state for the whole flight.
 """
 
@@ -16,17 +17,33 @@ from verify.arithmetic.balls import Floats
 from verify.data.airframe import AirframeTable
 from verify.data.autopilot import Autopilot
 from verify.data.disturbance import Disturbance
+from verify.data.trajectory import Trajectory
 from verify.data.vehicle import GRAVITY, Vehicle
 from verify.tracking.error_model import NotProved
-from verify.tracking.onboard_laws import ASKED, AWAY, FORCE, LAGGING, TIPPED, WIDE, BoardLoop
-from verify.tracking.onboard_loop import BODY, DRIVEN, GYRO, LIFT, MOTION, PLACE, RATES, ROTORS, SUBSTEPS, SUMS, TILT, TURNED, H
-from verify.tracking.rotations import flown, turned
-from verify.tracking.slopes import Slopes, magnitude
+from verify.tracking.onboard_laws import ASKED, AWAY, FORCE, KNOWN, LAGGING, TIPPED, WIDE, BoardLoop
+from verify.tracking.onboard_loop import (
+    BODY,
+    COVARIANCES,
+    DRIVEN,
+    GYRO,
+    LIFT,
+    MOTION,
+    PLACE,
+    RATES,
+    ROTORS,
+    SPEED,
+    SUBSTEPS,
+    SUMS,
+    TILT,
+    TURNED,
+    H,
+)
+from verify.tracking.onboard_plan import Followed, follow
 
 _ROUNDS = 40
 _SETTLING = 6
 """Rounds after which bounds that grow faster and faster are given up."""
-_TRIES = 3
+_TRIES = 4
 _WIDER = 1.002
 """Factor from bounds that were found to those that are tried."""
 _BEYOND = 1.15
@@ -49,30 +66,30 @@ Bounds = Mapping[str, Floats]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class HoverBound:
-    """Bound that is proved of a hover.
+class BoardBound:
+    """Bound that is proved of a flight.
 
     Attributes:
-        bound: Largest distance from the place at any time, m.
+        bound: Largest distance from the plan at any time, m.
         costs: m of it that each cause makes.
-        time: s, of its first instant, as it is the same at all.
+        time: s, at which the set-points alone leave the vehicle farthest from it.
     """
 
     bound: float
     costs: Mapping[str, float]
-    time: float = 0.0
+    time: float
 
 
-def prove_hover(
-    vehicle: Vehicle, autopilot: Autopilot, disturbance: Disturbance, duration: float, offset: float = 0.0
-) -> HoverBound:
-    """Bound a hovering vehicle's distance from its place, for all times of a flight and all its disturbances.
+def prove_on_board(
+    vehicle: Vehicle, autopilot: Autopilot, disturbance: Disturbance, flight: tuple[Trajectory, float], offset: float = 0.0
+) -> BoardBound:
+    """Bound a vehicle's distance from its plan, for all times of a flight and all its disturbances.
 
     Args:
-        vehicle: What hovers, level and at heading 0.
+        vehicle: What flies, at heading 0.
         autopilot: Its gains and filter.
         disturbance: What may disturb it.
-        duration: Of the flight, s.
+        flight: The plan, and how long the team flies, s.
         offset: m from the plan's start to the start that is stated.
 
     Raises:
@@ -84,9 +101,13 @@ def prove_hover(
     for name in type(disturbance).model_fields:
         if name not in _COVERED and getattr(disturbance, name):
             raise NotProved(f"`{name}` is not in the model of `mellinger` on its filter")
-    frames = int(np.ceil(duration / (H * SUBSTEPS)))
+    frames = int(np.ceil(flight[1] / (H * SUBSTEPS)))
     loop = loop_of(vehicle, disturbance.airframe, autopilot, late, frames)
-    return _Hover(loop, disturbance, offset).proved()
+    try:
+        plan = follow(loop, flight[0], frames)
+    except ArithmeticError as reason:
+        raise NotProved(str(reason)) from None
+    return _Flight(loop, disturbance, plan, offset).proved()
 
 
 def loop_of(vehicle: Vehicle, airframe: AirframeTable, autopilot: Autopilot, late: int, frames: int) -> BoardLoop:
@@ -113,23 +134,24 @@ def _shared(vehicle: Vehicle, airframe: AirframeTable, autopilot: Autopilot, lat
     return BoardLoop(vehicle, airframe, autopilot, late, frames)
 
 
-class _Hover:
-    """A hover under some disturbances.
+class _Flight:
+    """A flight under some disturbances.
 
     Attributes:
         kept: Bounds of all states that were proved.
     """
 
-    def __init__(self, loop: BoardLoop, told: Disturbance, offset: float) -> None:
-        self._loop, self._told, self._offset = loop, told, offset
+    def __init__(self, loop: BoardLoop, told: Disturbance, plan: Followed, offset: float) -> None:
+        self._loop, self._told, self._plan, self._offset = loop, told, plan, offset
         self._apart = max(told.latency[1] - H * loop.late, H * loop.late - told.latency[0], 0.0)
         if self._apart > 0.0:
             self._apart = H * np.ceil(self._apart / H - 1e-9)  # cameras see between two steps what lies between
+        self._body, self._own = self._alone()
         self._inputs: dict[str, Floats] = {}
         self._rate = np.zeros(BODY)
         self.kept: Bounds = {}
 
-    def proved(self) -> HoverBound:
+    def proved(self) -> BoardBound:
         """Find bounds that are kept.
 
         Raises:
@@ -206,54 +228,85 @@ class _Hover:
             NotProved: A clip may act, or a rotor saturate.
         """
         with np.errstate(all="ignore"):  # of numbers that are none nothing is proved
-            return self._made(bounds["states"], bounds["between"])
+            off = self._plan.off
+            return self._made(bounds["states"] + off, bounds["between"] + off[:BODY])
 
-    def _made(self, z: Floats, whole: Floats) -> dict[str, Floats]:
-        """Return what `_after` does, of states and of what is between steps."""
-        loop, told = self._loop, self._told
-        wind = np.full(3, told.wind)
-        short, wanted, off_asked = self._asked(z)
+    def _made(self, e: Floats, between: Floats) -> dict[str, Floats]:
+        """Return what `_after` does, of how far states may be from what set-points make of them, at the ends of steps and between them."""
+        loop, told, n, rest = self._loop, self._told, self._plan.most, self._plan.rest
+        z, whole, body = e + n, between + self._body, self._body
+        wind, gyro = np.full(3, told.wind), loop.gyro @ np.full(3, told.gyroscope)
+        short, wanted, off_asked = self._asked(e)
         strength = np.array([told.thrust + told.sag, 0.0, 0.0, 0.0])
         asked = wanted * (1.0 + strength[0]) + strength
-        lagging = z[LAGGING] + loop.gyro @ np.full(3, told.gyroscope) + off_asked + strength
-        squares, lagging = self._squares(whole[ROTORS], asked, lagging)
-        sizes = np.concatenate([whole[DRIVEN], asked, wind, [self._lighter, told.drag]])
-        beside = loop.beside_motion(sizes) + _SLACK * (np.abs(loop.motion) @ sizes)
-        beside[6:9] += told.moment / np.array(loop.vehicle.inertia)
+        squares, lagging = self._squares(whole[ROTORS], asked, z[LAGGING] + gyro + off_asked + strength)
         lag = loop.airframe.rotor_lag
-        driven = np.concatenate([beside, squares / lag + _SLACK * lagging / lag])
-        rate = np.abs(loop.flow.derivative) @ whole
-        rate[MOTION] += np.abs(loop.motion[:, 13:]) @ sizes[13:] + beside
-        rate[ROTORS] = (lagging + squares) / lag
-        self._rate = rate
-        gusts = np.concatenate([np.abs(loop.motion[:, 17:20]) @ wind, np.zeros(4)])
-        filtered = self._filtered(z, whole, rate)
+        near = between[DRIVEN] + H * self._own[DRIVEN]  # the middle of a step stands for all of it
+        sizes = np.concatenate([near, e[ASKED] + gyro + off_asked + strength, wind, [self._lighter, told.drag]])
+        around = np.concatenate([body[DRIVEN], n[ASKED], np.zeros(5)])
+        beside = loop.beside_motion(sizes, around) + _SLACK * (np.abs(loop.motion) @ (sizes + around))
+        beside[6:9] += told.moment / np.array(loop.vehicle.inertia)
+        driven = np.concatenate([beside, squares / lag + _SLACK * lagging / lag]) + rest["motion"]
+        gusts = np.abs(loop.motion[:, 17:20]) @ wind
+        apart = self._turning(between, sizes[13:17])
+        apart[MOTION] += np.abs(loop.motion[:, 17:]) @ sizes[17:] + beside
+        apart[ROTORS] = (lagging + squares) / lag
+        self._rate = apart + self._own
         self._inputs = {
             "motion": driven,
-            "asked": off_asked,
-            "turned": np.array([H * short[3] + _SLACK * z[TURNED]]),
-            "lift": np.array([self._lifted(z, rate)]),
+            "asked": off_asked + rest["asked"],
+            "turned": H * short[3:] + _SLACK * z[TURNED] + rest["turned"],
+            "lift": rest["lift"]
+            + loop.beside_lift(np.concatenate([between[TILT], apart[SPEED]]), np.concatenate([n[TILT], self._plan.quickest])),
             "wind": wind,
             "gyroscope": np.full(3, told.gyroscope),
-            "within": loop.flow.curved @ (driven + gusts),
-            **filtered,
+            "within": loop.flow.curved @ (driven + np.concatenate([gusts, np.zeros(4)])),
+            "setpoint": rest["setpoint"],
+            **self._filtered(e, whole),
         }
         responses = loop.responses
         states = sum((responses.peaks[name] @ size for name, size in self._inputs.items()), start=self._steady()) * (1.0 + 1e-9)
-        return {"states": states, "between": (states[:BODY] + H * rate) * (1.0 + 1e-9)}
+        return {"states": states, "between": (states[:BODY] + H * apart) * (1.0 + 1e-9)}
 
-    def _asked(self, z: Floats) -> tuple[Floats, Floats, Floats]:
+    def _turning(self, body: Floats, asked: Floats) -> Floats:
+        """Bound the linear derivatives of body and rotors, these within bounds at all times. Shape (BODY,)."""
+        loop = self._loop
+        found = np.abs(loop.flow.derivative) @ body
+        found[MOTION] += np.abs(loop.motion[:, 13:17]) @ asked
+        found[ROTORS] = (body[ROTORS] + asked) / loop.airframe.rotor_lag
+        return found
+
+    def _alone(self) -> tuple[Floats, Floats]:
+        """Bound body and rotors at all times, and their derivatives, where set-points alone lead.
+
+        Raises:
+            NotProved: They turn too fast.
+        """
+        plan = self._plan
+        most, pushed = plan.most[:BODY], np.zeros(BODY)
+        pushed[MOTION] = plan.pushed
+        own, body = pushed, most
+        for _ in range(100):
+            after = self._turning(body, plan.most[ASKED]) + pushed
+            if np.all(after < own):
+                return body, own
+            own = _WIDER * after + 1e-12
+            body = most + H * own
+        raise NotProved("its plan turns too fast")
+
+    def _asked(self, e: Floats) -> tuple[Floats, Floats, Floats]:
         """Return what the aim is beside a linear one; the thrusts that the law wants; and how far those asked for are from linear ones.
 
         Raises:
             NotProved: A clip of the law may act, or a rotor be asked for what it cannot give.
         """
-        loop, told = self._loop, self._told
-        gains, vehicle, count = loop.gains, loop.vehicle, loop.law.count
-        short = loop.beside_aim(np.concatenate([z[FORCE], z[29:32]]))
+        loop, told, n = self._loop, self._told, self._plan.most
+        gains, vehicle, count, z = loop.gains, loop.vehicle, loop.law.count, e + n
+        aimed = np.r_[FORCE, 29:32]
+        short = loop.beside_aim(e[aimed], n[aimed])
         turns = np.array([1.0, count * (gains.attitude[2] + H * gains.attitude_integral[2]), 0.5 * count * gains.attitude[0],
                           0.5 * count * gains.attitude[1]])  # fmt: skip
-        off = turns * short[[0, 3, 1, 2]] + _SLACK * z[ASKED]
+        off = turns * short[[0, 3, 1, 2]] + _SLACK * (z[ASKED] + loop.terms @ z[KNOWN])
         wanted = z[ASKED] + loop.gyro @ np.full(3, told.gyroscope) + off
         settled = np.array([0.0, 0.0, abs(loop.law.settled)])
         if not np.all(z[SUMS] + settled < 0.999 * np.array(gains.integral_limit)):
@@ -298,32 +351,26 @@ class _Hover:
             raise NotProved("a rotor may lag too far")
         return found, whole
 
-    def _filtered(self, z: Floats, whole: Floats, rate: Floats) -> dict[str, Floats]:
+    def _filtered(self, e: Floats, whole: Floats) -> dict[str, Floats]:
         """Bound the inputs of the filter: cameras' errors, dropped corrections, and what it is beside a linear one."""
-        loop, told = self._loop, self._told
-        camera = np.full(3, told.position + self._apart * float(np.linalg.norm(rate[PLACE])))
+        loop, told, n, rest = self._loop, self._told, self._plan.most, self._plan.rest
+        camera = np.full(3, told.position + self._apart * float(np.linalg.norm(self._rate[PLACE])))
         tipped = np.full(3, told.attitude + self._apart * float(np.linalg.norm(whole[RATES])))
-        dropped = np.full(3, loop.filter.noise.least_turn)
-        sizes = np.concatenate(
-            [z[AWAY], z[26:32], z[GYRO], [z[LIFT]], z[TIPPED], camera, tipped, dropped, z[WIDE] + loop.unsettled]
-        )
-        beside = loop.beside_filter(sizes) + _SLACK * (np.abs(loop.filtered) @ sizes)
-        beside[:9] += _SLACK * (z[23:32] + z[36:45].max())
-        return {"estimate": beside[:9], "spread": beside[9:], "position": camera, "attitude": tipped, "dropped": dropped}
+        dropped, state = np.full(3, loop.filter.noise.least_turn), np.r_[AWAY, 26:32, GYRO, LIFT, TIPPED]
+        sizes = np.concatenate([e[state], camera, tipped, dropped, e[WIDE] + loop.unsettled])
+        around = np.concatenate([n[state], np.zeros(9), n[WIDE]])
+        beside = loop.beside_filter(sizes, around) + _SLACK * (np.abs(loop.filtered) @ (sizes + around))
+        places = np.concatenate([e[23:32] + n[23:32], np.zeros(COVARIANCES)]) + (e + n)[36:45].max()
+        beside += _SLACK * places
+        estimate, spread = beside[:9] + rest["estimate"], beside[9:] + rest["spread"]
+        return {"estimate": estimate, "spread": spread, "position": camera, "attitude": tipped, "dropped": dropped}
 
-    @staticmethod
-    def _lifted(z: Floats, rate: Floats) -> float:
-        """Bound what the acceleration along the body's z is beside that along the world's."""
-        up = turned(flown(Slopes.variables(z[TILT])))[:, 2]
-        side = magnitude(up)
-        return float((1.0 - up.value.low[2]) * (rate[5] + GRAVITY) + side[0] * rate[3] + side[1] * rate[4])
-
-    def _bound(self, after: Bounds) -> HoverBound:
+    def _bound(self, after: Bounds) -> BoardBound:
         """Return what bounds that are kept say of the place, as a length, and what makes it."""
         responses, told = self._loop.responses, self._told
         names = {"motion": "coupling", "asked": "coupling", "turned": "coupling", "lift": "coupling", "within": "within steps",
                  "estimate": "filter", "dropped": "dead zone of the filter", "wind": "wind", "gyroscope": "gyroscope",
-                 "position": "cameras and latency", "attitude": "cameras and latency"}  # fmt: skip
+                 "position": "cameras and latency", "attitude": "cameras and latency", "setpoint": "within steps"}  # fmt: skip
         costs: dict[str, float] = {}
         for name, cause in names.items():
             size = self._inputs[name]
@@ -336,6 +383,7 @@ class _Hover:
             np.linalg.norm(steady["mass"][:3]) * self._lighter + np.linalg.norm(steady["thrust"][:3]) * told.thrust
         )
         costs["start"] = float(np.linalg.norm(responses.begun[:3])) * (told.start + self._offset)
-        bound = sum(costs.values()) + H * float(np.linalg.norm(self._rate[PLACE]))
-        bound = min(bound, float(np.linalg.norm(after["between"][PLACE]))) * (1.0 + 1e-9)
-        return HoverBound(bound, costs)
+        bound = min(sum(costs.values()), float(np.linalg.norm(after["states"][PLACE])))
+        costs["plan"] = self._plan.away
+        strays = 0.125 * H * H * float(np.linalg.norm(self._rate[SPEED]))  # from a line between the ends of a step
+        return BoardBound((bound + self._plan.away + strays) * (1.0 + 1e-9), costs, self._plan.time)

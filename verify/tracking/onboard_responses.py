@@ -10,7 +10,9 @@ from verify.arithmetic.balls import Floats, gamma
 from verify.tracking.onboard_loop import LINKED, PLACE, SPREAD, SUBSTEPS, Frame, N, total
 from verify.tracking.sampled_loop import GROW, Matrix
 
-KEPT = 1500
+STEPPED, JUMPED = ("motion", "asked", "turned", "lift"), ("estimate", "spread")
+"""Inputs of steps and of jumps of which something is known, in this order."""
+KEPT = 6001
 """Frames for which responses are summed one by one; what is later is bounded by norms."""
 
 
@@ -84,7 +86,7 @@ class Responses:
             begin[rows] = np.eye(3)
         width, count = entered.mid.shape[1], min(frames + 1, kept)
         first = _beside([entered, Matrix.exact(begin), forced])
-        rounding = _Rounding(self.tick, frames, count)
+        self._rounding = rounding = _Rounding(self.tick, frames, count)
         state, largest = first.mid, np.zeros((2, first.mid.shape[1]))
         start, steady, most = np.zeros((len(self._read.mid), 3)), np.zeros_like(at_once), np.abs(at_once)
         for _ in range(count):
@@ -114,6 +116,44 @@ class Responses:
         self.begun = self._most(start + later[:, width : width + 3])
         constant = self._most(most + later[:, width + 3 :]) + 1e-12
         self.steady = {name: constant[:, k] for k, name in enumerate(self._frame.constant)}
+
+    def driven(self, known: Floats, direct: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return what known inputs make of outputs from a hover on.
+
+        Args:
+            known: Of each frame: the set-point, inputs of each step, those at the jump behind it, as `STEPPED` and `JUMPED` name them. Shape (frames, 141).
+            direct: What outputs have of set-points at once. Shape (outputs, 12).
+
+        Returns:
+            Outputs after the jump and each step of each frame, what is read before jumps, and how far off each of these is. Shapes
+            (frames, SUBSTEPS + 1, outputs), (frames, ends) and (outputs and ends,).
+        """
+        frame, column = self._frame, _beside([self._frame.stepped[name] for name in STEPPED])
+        width = column.mid.shape[1]
+        now, jumped = Matrix.exact(np.zeros((N, 12 + SUBSTEPS * width))), _beside([frame.jumped[name] for name in JUMPED])
+        given, at_once = list[Matrix](), Matrix.exact(np.pad(direct, ((0, 0), (0, SUBSTEPS * width))))
+        for step in range(SUBSTEPS + 1):
+            if step:
+                before, after = (Matrix.exact(np.zeros((N, width * count))) for count in (step - 1, SUBSTEPS - step))
+                now = frame.see(total(frame.step @ now, _beside([frame.stepped["setpoint"], before, column, after])), step)
+            given.append(total(self._rows @ now, at_once))
+        entered = _beside([frame.jump @ now, jumped])
+        given = _beside([part.T for part in (*given, self._ends @ now)]).T
+        none = np.zeros((len(given.mid), jumped.mid.shape[1]))
+        given, states = _beside([given, Matrix(none, none)]), np.zeros((len(known) + 1, N))
+        for k, one in enumerate(known):
+            states[k + 1] = self.tick.mid @ states[k] + entered.mid @ one
+        size, largest = np.abs(known).max(0)[:, None], self._rounding.norms(np.abs(states).max(0)[:, None])
+        drift = self._rounding.drift(largest, (entered.rad + gamma(N + 150) * np.abs(entered.mid)) @ size)
+        off = self._rounding.off(self._read, largest, drift) + (given.rad + gamma(N + 150) * np.abs(given.mid)) @ size
+        values, outputs = states[:-1] @ self._read.mid.T + known @ given.mid.T, len(direct)
+        whole, ends = np.split(values, [(SUBSTEPS + 1) * outputs], axis=1)
+        most = np.maximum.reduce(np.split(off[: (SUBSTEPS + 1) * outputs, 0], SUBSTEPS + 1))
+        return (
+            whole.reshape(len(known), SUBSTEPS + 1, outputs),
+            ends,
+            np.append(most, off[(SUBSTEPS + 1) * outputs :, 0]) * GROW,
+        )
 
     def _most(self, values: Floats) -> Floats:
         """Return the largest of each output over the steps, and what is read before jumps."""

@@ -85,6 +85,12 @@ def sample_plan(path: Trajectory, duration: float, heading: float, latency: floa
     return PlanSamples(times, at, middle, *bounds, seen)
 
 
+def derivatives_at(path: Trajectory, times: Floats) -> Floats:
+    """Return a path's place and derivatives at some times; after its end it hovers. Shape (times, ORDERS, 3)."""
+    pieces = _Pieces.of(path, 0.0, float(times[-1]) + TICK)
+    return np.array([pieces.at(float(time))[:ORDERS] for time in times])
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class _Pieces:
     """The pieces of a path in a turned frame, and the hover behind them.

@@ -56,6 +56,11 @@ class Matrix:
         """Take floats as they are."""
         return cls(values, np.zeros_like(values))
 
+    @property
+    def T(self) -> Matrix:  # noqa: N802  # as of arrays
+        """Transpose."""
+        return Matrix(self.mid.T, self.rad.T)
+
     def __matmul__(self, other: Matrix) -> Matrix:
         mid = self.mid @ other.mid
         size, size_other = np.abs(self.mid), np.abs(other.mid)

@@ -1,8 +1,8 @@
 """Numbers in intervals that carry their slopes from the middle of a box of variables, for arrays of any shape, every operation rounded outwards.
 
 For all variables in the box a number is its value at the middle, and slopes that are within theirs times
-the variables' distance from there (Krawczyk and Neumaier's slopes, which for products are half as wide as derivatives): they bound how far a law is from a
-linear one.
+the variables' distance from there. The middle may itself be anywhere in a box (Krawczyk and Neumaier's slopes, which for products are half as wide as derivatives): they bound how far a law is from a
+linear one. Arrays of plain numbers stand for the first axes of those that they act on; further axes are instants.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ class Slopes:
 
     Attributes:
         value: For all variables in the box; of some shape.
-        centre: At its middle; of that shape.
+        centre: At its middle, wherever that is; of that shape.
         slope: Of that shape and one axis more, over the variables.
         size: Half the sides of the box. Shape (n,).
     """
@@ -43,9 +43,15 @@ class Slopes:
         return Slopes(value, centre, slope, self.size)
 
     @classmethod
-    def variables(cls, size: Floats) -> Slopes:
-        """Take variables within plus and minus their sizes. Shape (n,)."""
-        return cls(Interval(-size, size), interval(0.0 * size), interval(np.eye(len(size))), size)
+    def variables(cls, size: Floats, around: Floats | float = 0.0) -> Slopes:
+        """Take variables within plus and minus their sizes of a middle, which is within plus and minus `around`. Shape (n,)."""
+        most, middle = size + around, around + 0.0 * size
+        return cls(Interval(-most, most), Interval(-middle, middle), interval(np.eye(len(size))), size)
+
+    @classmethod
+    def known(cls, values: Floats) -> Slopes:
+        """Take numbers, such as of many instants; there are no variables."""
+        return cls(interval(values), interval(values), interval(np.zeros((*values.shape, 0))), np.zeros(0))
 
     def _with(self, value: Interval, centre: Interval, slope: Interval) -> Slopes:
         """Return a number, its value no wider than its slopes say."""
@@ -54,6 +60,11 @@ class Slopes:
         with np.errstate(invalid="ignore"):
             value = Interval(np.fmax(value.low, other.low), np.fmin(value.high, other.high))
         return Slopes(value, centre, slope, self.size)
+
+    def _first(self, other: Floats | float) -> Floats | float:
+        """Return plain numbers along the first axes."""
+        missing = self.value.low.ndim - np.ndim(other)
+        return np.reshape(other, (*np.shape(other), *(1,) * missing)) if np.ndim(other) and missing > 0 else other
 
     def _reach(self, slope: Interval) -> Floats:
         """Return how far slopes reach from the middle."""
@@ -67,6 +78,7 @@ class Slopes:
 
     def __add__(self, other: Slopes | Floats | float) -> Slopes:
         if not isinstance(other, Slopes):
+            other = self._first(other)
             value = self.value + interval(other)
             return Slopes(value, self.centre + interval(other), _like(self.slope, value), self.size)
         return self._with(self.value + other.value, self.centre + other.centre, self.slope + other.slope)
@@ -81,7 +93,7 @@ class Slopes:
 
     def __mul__(self, other: Slopes | Floats | float) -> Slopes:
         if not isinstance(other, Slopes):
-            factor = interval(other)
+            factor = interval(self._first(other))
             return Slopes(self.value * factor, self.centre * factor, self.slope * _last(factor), self.size)
         one = self.slope * _last(other.value) + other.slope * _last(self.centre)
         two = other.slope * _last(self.value) + self.slope * _last(other.centre)
@@ -110,7 +122,7 @@ class Slopes:
 
     def at_least(self, least: Floats) -> Slopes:
         """Greater of this and a number."""
-        low, high = self.value.low, self.value.high
+        low, high, least = self.value.low, self.value.high, np.asarray(self._first(least))
         value, centre = (Interval(np.maximum(v.low, least), np.maximum(v.high, least)) for v in (self.value, self.centre))
         some, every = (~(high < least)).astype(np.float64), (low > least).astype(np.float64)
         return self._with(value, centre, self.slope * _last(Interval(every, some)))

@@ -17,12 +17,15 @@ from tests.helpers.few import few_of
 from verify.data.airframe import load_airframe
 from verify.data.autopilot import load_autopilot
 from verify.data.disturbance import Disturbance
+from verify.data.trajectory import Trajectory
 from verify.data.vehicle import load_vehicle
 from verify.tracking import onboard_filter, onboard_laws, onboard_loop, onboard_model
 from verify.tracking.error_model import NotProved
 from verify.tracking.onboard_filter import Filter
 from verify.tracking.onboard_loop import SUBSTEPS, N
-from verify.tracking.onboard_proof import _Hover, loop_of, prove_hover
+from verify.tracking.onboard_plan import follow, setpoints
+from verify.tracking.onboard_proof import _Flight, loop_of, prove_on_board
+from verify.tracking.plan_samples import derivatives_at
 from verify.tracking.rotations import estimated, flown, turned
 from verify.tracking.slopes import Slopes, root, stacked
 
@@ -44,6 +47,23 @@ SECONDS = 1.2
 FRAMES = 120
 
 
+def line(away, seconds, rest=0.0):
+    """Return a way from rest to rest, and a hover behind it."""
+    s = np.array([0.0, 0.0, 0.0, 0.0, 35.0, -84.0, 70.0, -20.0]) / seconds ** np.arange(8)
+    way, end = np.zeros((4, 8)), np.zeros((4, 8))
+    way[:3], end[:3, 0] = np.outer(away, s), away
+    way[2, 0], end[2, 0] = 1.0, 1.0 + away[2]
+    return Trajectory([seconds, rest] if rest else [seconds], np.stack([way, end]) if rest else way[None])
+
+
+STILL = line((0.0, 0.0, 0.0), SECONDS), SECONDS
+
+
+def still(loop):
+    """Return what a hover makes of the loop."""
+    return follow(loop, STILL[0], FRAMES)
+
+
 @pytest.fixture(scope="module")
 def loop():
     return loop_of(VEHICLE, AIRFRAME, QUICK, 7, FRAMES)
@@ -52,7 +72,7 @@ def loop():
 @pytest.fixture(scope="module")
 def hover(loop):
     """Return a hover whose bounds close, with its bound."""
-    made = _Hover(loop, SMALL, 0.0)
+    made = _Flight(loop, SMALL, still(loop), 0.0)
     return made, made.proved()
 
 
@@ -259,17 +279,24 @@ def test_laws_stay_within_what_they_may_be_beside_linear_ones(draws, loop):
         (loop._estimate, loop.filtered, loop.beside_filter, sizes), (loop._motion, loop.motion, loop.beside_motion, motion),
         (loop._aimed, loop._aim, loop.beside_aim, np.array([0.01, 0.01, 0.01, 0.02, 0.02, 0.01])),
     ):  # fmt: skip
-        most = bound(size)
-        for k in range(draws):
-            v = size * (rng.choice([-1.0, 1.0], len(size)) if k % 2 else rng.uniform(-1.0, 1.0, len(size)))
-            if len(v) == 70:  # what is dropped is no more than there is
-                v[22:25] = 0.0
-            assert np.all(np.abs(number(law(exact(v))) - linear @ v) <= most)
+        around = 0.5 * size * (rng.uniform(size=len(size)) > 0.5)
+        if len(size) == 70:  # what is dropped is no more than there is
+            around[22:25] = 0.0
+        most = bound(size, around)
+        v, middle = (
+            np.concatenate([rng.choice([-1.0, 1.0], (len(size), draws)), rng.uniform(-1.0, 1.0, (len(size), draws))], axis=1)
+            * most_of[:, None]
+            for most_of in (size, around)
+        )
+        if len(v) == 70:
+            v[22:25] = 0.0
+        changed = number(law(Slopes.known(middle + v))) - number(law(Slopes.known(middle)))
+        assert np.all(np.abs(changed - linear @ v) <= most[:, None] + 1e-13)
 
 
-def adversaries(told, n, seed):
+def adversaries(told, n, seed, frames=FRAMES):
     """Return hovers with winds and errors that jump between their ends, and corners of mass, thrust and start."""
-    rng, steps = np.random.default_rng(seed), FRAMES * SUBSTEPS
+    rng, steps = np.random.default_rng(seed), frames * SUBSTEPS
 
     def jumping(size, hold, count):
         ways = rng.normal(size=(count // hold + 2, 3, n))
@@ -279,10 +306,10 @@ def adversaries(told, n, seed):
         jumping(told.wind, int(rng.choice([25, 60, 150])), steps),
         jumping(told.gyroscope, int(rng.choice([1, 25, 150])), steps),
     )
-    place = jumping(told.position, int(rng.choice([1, 5, 30])), FRAMES)
+    place = jumping(told.position, int(rng.choice([1, 5, 30])), frames)
     away = rng.normal(size=(3, n))
     return Hovers(
-        n, wind=lambda k: wind[k], gyroscope=lambda k: gyro[k], place=lambda k: place[k], late=7,
+        n, wind=lambda k: wind[k], gyroscope=lambda k: gyro[k], place=lambda k: place[k], late=round(told.latency[1] / 0.002),
         mass=1 + told.mass * rng.choice([-1, 1], n), thrust=1 + told.thrust * rng.choice([-1, 1], n),
         offset=told.start * away / np.linalg.norm(away, axis=0),
     )  # fmt: skip
@@ -319,7 +346,7 @@ def test_winds_with_the_signs_of_the_response_stay_within_the_bound_and_come_nea
             back = back @ frame.jump.mid
     autopilot = STOCK.changed(ekf=STOCK.ekf.changed(least_turn=0.0))
     found = Hovers(1, wind=lambda k: wind[k][:, None], late=7).fly(VEHICLE, autopilot, steps)
-    proved = prove_hover(VEHICLE, autopilot, calm, SECONDS)
+    proved = prove_on_board(VEHICLE, autopilot, calm, STILL)
     worst = float(np.linalg.norm(found[:, :3, 0], axis=1).max())
     assert worst <= proved.bound <= 2.0 * worst
 
@@ -327,7 +354,7 @@ def test_winds_with_the_signs_of_the_response_stay_within_the_bound_and_come_nea
 @pytest.mark.slow
 def test_a_vehicle_that_lags_more_than_its_model_is_caught(loop):
     calm = Disturbance(airframe=AIRFRAME, wind=0.03, latency=(0.014, 0.014), sag=0.0)
-    hover = _Hover(loop, calm, 0.0)
+    hover = _Flight(loop, calm, still(loop), 0.0)
     hover.proved()
     rates = hover.kept["between"][9:12]
     for lag, within in ((1.0, True), (20.0, False)):
@@ -348,23 +375,71 @@ def test_what_bounds_allow_grows_with_each_disturbance(changes, hover, loop):
     bounds = {name: 1.01 * value for name, value in closed.kept.items()}
     least = closed._after(bounds)
     for change in changes:
-        more = _Hover(loop, SMALL.changed(**change), 0.0)._after(bounds)
+        more = _Flight(loop, SMALL.changed(**change), closed._plan, 0.0)._after(bounds)
         assert all(np.all(more[name] >= least[name] * (1.0 - 1e-12)) for name in least), change
         assert more["between"][:3].sum() > least["between"][:3].sum(), change
 
 
+def test_set_points_are_the_commanders():
+    path, times = line((0.5, -0.3, 0.2), 1.5), np.linspace(0.0, 1.5, 7)
+    plan = derivatives_at(path, times)
+    flat = np.zeros((5, 4, len(times)))
+    flat[:, :3] = np.moveaxis(plan[:, :5], 0, 2)
+    asked = onboard_controller.setpoint_of(flat, 0.0)
+    mine = setpoints(plan).T
+    assert np.allclose(mine, asked[[0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 13, 14]], atol=1e-12)
+
+
+def flown_way(path, told, n, seed, autopilot, frames):
+    """Return how far flights along a way are from it after every step, under disturbances that jump. Shape (steps, n)."""
+    plan = derivatives_at(path, 0.002 * np.arange(frames * SUBSTEPS + 1))
+    plan[:, 0] -= plan[0, 0]
+    flights = adversaries(told, n, seed, frames)
+    flights.plan = lambda tick: plan[SUBSTEPS * tick, :5]
+    found = flights.fly(VEHICLE, autopilot, frames * SUBSTEPS)
+    return np.linalg.norm(found[:, :3] - plan[1:, 0][:, :, None], axis=1)
+
+
+FIRM = STOCK.changed(ekf=STOCK.ekf.changed(attitude_noise=0.0045))
+"""A filter that trusts attitudes as the firmware does where nobody says otherwise; its dead zone is the firmware's."""
+
+
+def test_set_points_alone_are_followed_as_the_simulator_does():
+    """What the linear loop and the laws beside it make of a way is the simulator's flight, far more exactly than the way is long."""
+    exact_filter = STOCK.changed(ekf=STOCK.ekf.changed(least_turn=0.0))
+    path, calm = line((0.1, 0.05, 0.02), 1.0, 0.2), Disturbance(airframe=AIRFRAME, latency=(0.014, 0.014), sag=0.0)
+    loop = loop_of(VEHICLE, AIRFRAME, exact_filter, 7, FRAMES)
+    plan = follow(loop, path, FRAMES)
+    away = flown_way(path, calm, 1, 0, exact_filter, FRAMES).max()
+    assert plan.away == pytest.approx(away, rel=2e-3)
+    assert away > 0.004
+    assert all(np.all(left < 1e-6) for left in plan.rest.values())
+
+
+@few_of(1, "seconds", [1.2, 3.0])
+def test_no_disturbed_flight_along_a_way_leaves_its_bound(seconds):
+    size, share, frames = (0.05, 0.4, 300) if seconds > 2.0 else (0.01, 0.2, FRAMES)
+    told, path = SMALL.scaled(share).changed(latency=(0.004, 0.004)), line((size, 0.6 * size, 0.2 * size), seconds - 0.2, 0.2)
+    proved = prove_on_board(VEHICLE, FIRM, told, (path, seconds))
+    worst = flown_way(path, told, 100, 0, FIRM, frames).max()
+    assert worst <= proved.bound < 9.0 * worst
+    assert proved.costs["plan"] > 5e-4
+
+
 def test_disturbances_that_are_too_much_are_refused(loop):
     with pytest.raises(NotProved, match="corrections of the attitude that the filter drops"):
-        _Hover(loop, SMALL.changed(wind=2.0), 0.0).proved()
+        _Flight(loop, SMALL.changed(wind=2.0), still(loop), 0.0).proved()
 
 
 def test_what_is_not_in_the_model_is_refused():
     with pytest.raises(NotProved, match="velocity"):
-        prove_hover(VEHICLE, QUICK, SMALL.changed(velocity=0.1), SECONDS)
+        prove_on_board(VEHICLE, QUICK, SMALL.changed(velocity=0.1), STILL)
     with pytest.raises(NotProved, match="late"):
-        prove_hover(VEHICLE, QUICK, SMALL.changed(latency=(0.02, 0.02)), SECONDS)
+        prove_on_board(VEHICLE, QUICK, SMALL.changed(latency=(0.02, 0.02)), STILL)
+    with pytest.raises(NotProved, match="accelerates"):
+        prove_on_board(VEHICLE, QUICK, SMALL, (line((2.0, 0.0, 0.0), SECONDS), SECONDS))
     with pytest.raises(NotProved, match="no gains"):
-        prove_hover(VEHICLE, STOCK.changed(mellinger=None), SMALL, SECONDS)
+        prove_on_board(VEHICLE, STOCK.changed(mellinger=None), SMALL, STILL)
     assert mellinger.MELLINGER.settled
     assert onboard_laws.COVARIANCES == 45
 
@@ -373,4 +448,4 @@ def test_what_is_not_in_the_model_is_refused():
 def test_gains_that_are_weak_are_refused():
     weak = STOCK.changed(mellinger=STOCK.mellinger.changed(attitude=(7.0, 7.0, 6.0)))
     with pytest.raises(NotProved):
-        prove_hover(VEHICLE, weak, SMALL, 2.0)  # in less time they do not come far
+        prove_on_board(VEHICLE, weak, SMALL, (line((0.0, 0.0, 0.0), 2.0), 2.0))  # in less time they do not come far
