@@ -8,7 +8,6 @@ import json
 import numpy as np
 import pytest
 
-from tests.helpers.few import few_of
 from tests.helpers.flights import legs, plan_of, small_mission
 from tests.helpers.small_flights import turning
 from verify import certify, judge, recheck
@@ -127,7 +126,8 @@ def test_refusals_say_what_stands_in_the_way():
     assert "heading that turns" in refused(plan, {"r0": turning(team["r0"], 0.3)})
 
 
-@few_of(1, "margin", [0.003, 0.05])
+@pytest.mark.slow
+@pytest.mark.parametrize("margin", [0.003, 0.05])
 def test_disturbances_that_are_too_much_are_refused_with_the_share_that_would_hold(margin):
     plan, team = flight(GENTLE.changed(wind=1.5), margin=margin)
     sentence = refused(plan, team)

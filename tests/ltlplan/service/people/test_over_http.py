@@ -295,6 +295,7 @@ def test_a_browser_comes_back_from_the_lab_s_own_login(tmp_path: Path) -> None:
     other.close()
 
 
+@pytest.mark.slow  # older databases are brought to this version in test_full_disks
 def test_a_folder_of_version_0_2_0_goes_on_and_three_people_share_it(tmp_path: Path) -> None:
     data = tmp_path / "data"
     with tarfile.open(STORED) as packed:
