@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Mapping
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from nicegui import ui
@@ -10,6 +11,7 @@ from nicegui import ui
 from ltlplan.service.models import ENDED
 from ltlplan.service.page.comparison.studies import STATES
 from ltlplan.service.page.elements import Part, Words, box, button, link, table
+from ltlplan.service.page.next_steps import offered_steps
 from ltlplan.service.people.roles import Action
 from verify.data import LtlplanError
 
@@ -32,10 +34,19 @@ class DerivedJobs:
         kinds: What is listed.
         none: Said where there is none.
         extra: Draws what else can be done with one that is done.
+        steps: What buttons do where there is none, by their words; without any the forms beside the list say it.
     """
 
-    def __init__(self, desk: Desk, tab: str, kinds: tuple[DerivedKind, ...], none: str, extra: Extra | None = None) -> None:
-        self.desk, self.tab, self.kinds, self.none, self.extra = desk, tab, kinds, none, extra
+    def __init__(
+        self,
+        desk: Desk,
+        tab: str,
+        kinds: tuple[DerivedKind, ...],
+        none: str,
+        extra: Extra | None = None,
+        steps: Mapping[str, Callable[[], object]] = MappingProxyType({}),
+    ) -> None:
+        self.desk, self.tab, self.kinds, self.none, self.extra, self.steps = desk, tab, kinds, none, extra, steps
         self.place = box("derived")
         self.part = Part(self.place)
         self.timer = ui.timer(_REFRESH, self.refresh, active=False)
@@ -60,7 +71,7 @@ class DerivedJobs:
 
     def _draw(self, listed: list[Job]) -> None:
         if not listed:
-            Words("p", self.none, "soft")
+            offered_steps(self.none, self.steps)
         for each in listed:
             with box(f"stage {each.state}", tag="section"):
                 self._one(each)

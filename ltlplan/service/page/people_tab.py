@@ -110,6 +110,8 @@ class _People:
         kept, who, hosts = self.desk.service.people.webhooks, self.desk.principal, self.desk.service.sender.allowed.hosts
         Words("h2", "Webhooks")
         Words("p", f"Addresses that hear of the ends of your jobs: id and state, signed. Hosts: {', '.join(hosts)}.", "soft")
+        if not webhooks:
+            Words("p", "None yet. Add an address of a listed host.", "soft")
         with box("scroll"), box(tag="table"), box(tag="tbody"):
             for each in webhooks:
                 with box(tag="tr"):

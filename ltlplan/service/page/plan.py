@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from nicegui import ui
 
 from ltlplan.service.page.elements import Part, Words, box, button, named_field, say, search_field, table
-from ltlplan.service.page.next_steps import next_steps
+from ltlplan.service.page.next_steps import next_steps, nothing_found
 from ltlplan.service.people.roles import Action
 from ltlplan.service.storage.retention import kept_until
 from ltlplan.service.times import utc_now
@@ -39,7 +39,7 @@ class _Planning:
         with box("planning"):
             with box("jobs", tag="section").props('aria-label="Jobs"'):
                 Words("h2", "Jobs")
-                search_field("Search jobs by name, formula, id, owner or project", self._search)
+                self.field = search_field("Search jobs by name, formula, id, owner or project", self._search)
                 self.list = box("job-list", tag="ul")
                 self.more = button("Show more", self._show_more, "quiet")
             with box("job", tag="section").props('aria-label="The job"'):
@@ -64,11 +64,6 @@ class _Planning:
         jobs = await self.desk.jobs.jobs(limit=self.most + 1, search=self.wanted)
         self.more.set_visibility(len(jobs) > self.most)
         jobs = jobs[: self.most]
-        none = (
-            "No job has this in its name, formula, id, owner or project."
-            if self.wanted
-            else "None yet: write a mission and plan it."
-        )
         chosen = "" if self.desk.job is None else self.desk.job.id
         if self.desk.job is not None and self.desk.job.ended is None and self.running is not None:
             self.running.set_text(self._running(self.desk.job))
@@ -76,7 +71,7 @@ class _Planning:
         for gone in [job for job in self.listed if job not in present]:
             self.listed.pop(gone).place.delete()
         if not self.listed:
-            self.none.show(bool(jobs) or none, lambda: None if jobs else Words("li", none, "soft"))
+            self.none.show(bool(jobs) or self.wanted, lambda: None if jobs else self._none())
         for index, job in enumerate(jobs):
             entry = self.listed.get(job.id)
             if entry is None:
@@ -84,6 +79,13 @@ class _Planning:
                     entry = self.listed[job.id] = _Entry(job, self.desk.user, self._open)
                 entry.place.move(target_index=index)
             entry.show(job, job.id == chosen)
+
+    def _none(self) -> None:
+        with box(tag="li"):
+            if self.wanted:
+                nothing_found(self.field, "No job has this in its name, formula, id, owner or project.", self._search)
+            else:
+                next_steps(self.desk, "None yet: write a mission and plan it.", ("write",))
 
     async def _search(self, wanted: str) -> None:
         self.wanted, self.most = wanted, _MOST

@@ -77,7 +77,8 @@ class _Judging:
                 self.keep = button("Keep it with the job", lambda: desk.guarded(self._keep(), self.form))
                 self.keep.set_visibility(False)
             Words("h2", "Kept with this job")
-            self.kept = DerivedJobs(desk, "judge", ("recording",), _NONE_KEPT, self._offer)
+            steps = {"Choose a recording": self._lead}
+            self.kept = DerivedJobs(desk, "judge", ("recording",), _NONE_KEPT, self._offer, steps)
         desk.on_job.append(self.show)
 
     def _field(self, key: str) -> None:
@@ -159,6 +160,11 @@ class _Judging:
         self.keep.set_visibility(False)
         await self.kept.refresh()
         self.kept.look()
+
+    def _lead(self) -> None:
+        """Bring the field for recordings into sight, with the focus."""
+        field = f"getHtmlElement({self.upload.id}).querySelector('.pick input')"
+        self.desk.client.run_javascript(f"{field}.scrollIntoView({{ block: 'center' }}); {field}.focus();")
 
     def _offer(self, job: Job) -> None:
         button("Show it", lambda: self.desk.guarded(self._show(job), self.form), label=f"Show {job.title}")

@@ -9,6 +9,7 @@ from ltlplan.service.figures import claim_pairs
 from ltlplan.service.page.comparison.flight_pair import PairOfFlights
 from ltlplan.service.page.comparison.studies import STATES, cells
 from ltlplan.service.page.elements import Part, Words, box, button, choice, differing, table
+from ltlplan.service.page.next_steps import next_steps
 from verify.data import LtlplanError
 
 if TYPE_CHECKING:
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from ltlplan.service.study_models import ClaimFigure, Comparison
 
 _LISTED = 60
+_TOO_FEW = "Two results of jobs are held beside each other here. There are not two jobs yet."
 _ROWS = ("cost", "duration", "largest margin", "worst tracking error", "computed in")
 
 
@@ -58,6 +60,9 @@ class Comparing:
             await self.show(self.first, self.second)
 
     def _choices(self, jobs: dict[str, str]) -> None:
+        if len(jobs) < 2:
+            next_steps(self.desk, _TOO_FEW, ("write",))
+            return
         offered = {"": "choose a job", **jobs}
 
         async def turned(first: str, second: str) -> None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, get_args
 from nicegui import ui
 
 from ltlplan.service.page.elements import Part, Words, box, button, choice, link, say, search_field
+from ltlplan.service.page.next_steps import next_steps, nothing_found
 from ltlplan.service.people.roles import Action
 from ltlplan.service.people.user_studies import written
 from ltlplan.service.study_models import Figure
@@ -47,7 +48,7 @@ class Studies:
         with box("planning"):
             with box("jobs", tag="section").props('aria-label="Studies"'):
                 Words("h2", "Studies")
-                search_field("Search studies by name, key, owner or project", self._search)
+                self.field = search_field("Search studies by name, key, owner or project", self._search)
                 self.list = Part(box("job-list", tag="ul"))
             with box("job", tag="section").props('aria-label="The study"') as self.place:
                 self.head, self.plot = Part(box("head")), Part(box("study-plot"))
@@ -76,7 +77,11 @@ class Studies:
 
     def _entries(self, listed: tuple[Study, ...]) -> None:
         if not listed:
-            Words("li", "No study has this in its name, key, owner or project." if self.wanted else _NONE, "soft")
+            with box(tag="li"):
+                if self.wanted:
+                    nothing_found(self.field, "No study has this in its name, key, owner or project.", self._search)
+                else:
+                    next_steps(self.desk, _NONE, ("write",))
         for each in listed:
             with box(tag="li"), button("", lambda each=each: self._open(each.id), "entry") as entry:
                 Words("b", each.name)

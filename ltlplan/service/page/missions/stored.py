@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from nicegui import ui
 
 from ltlplan.service.page.elements import Part, Words, box, button, differing, named_field, say, search_field
+from ltlplan.service.page.next_steps import focus, nothing_found, offered_steps
 from ltlplan.service.people.roles import Action
 from ltlplan.service.problems import Conflict
 from verify.data import LtlplanError
@@ -42,7 +43,7 @@ class Stored:
         with box(tag="details") as details:
             Words("summary", "Stored")
             with box("found"):
-                search_field("Search stored missions", self._search)
+                self._searched = search_field("Search stored missions", self._search)
                 self._list = Part(box())
         details.on(
             "toggle", lambda _event: self._guarded(self.refresh()), js_handler="(event) => { if (event.target.open) emit(); }"
@@ -82,8 +83,10 @@ class Stored:
         self._list.show((self._wanted, found), lambda: self._draw(found))
 
     def _draw(self, found: tuple[StoredMission, ...]) -> None:
-        if not found:
-            Words("p", _NOT_FOUND if self._wanted else _NONE, "soft")
+        if not found and self._wanted:
+            nothing_found(self._searched, _NOT_FOUND, self._search)
+        elif not found:
+            offered_steps(_NONE, {"Name this one": lambda: focus(self._field)} if self._desk.may(Action.PLAN) else {})
         with box(tag="ul"):
             for each in found[:_LISTED]:
                 with (
