@@ -416,7 +416,8 @@ def test_set_points_alone_are_followed_as_the_simulator_does():
     assert all(np.all(left < 1e-6) for left in plan.rest.values())
 
 
-@few_of(1, "seconds", [1.2, 3.0])
+@pytest.mark.slow  # a hundred flights each, and the responses of loops for as long
+@pytest.mark.parametrize("seconds", [1.2, 3.0])
 def test_no_disturbed_flight_along_a_way_leaves_its_bound(seconds):
     size, share, frames = (0.05, 0.4, 300) if seconds > 2.0 else (0.01, 0.2, FRAMES)
     told, path = SMALL.scaled(share).changed(latency=(0.004, 0.004)), line((size, 0.6 * size, 0.2 * size), seconds - 0.2, 0.2)
