@@ -33,7 +33,7 @@ _FIELDS = {
     "pauses": ("Pauses between parts of the flight", "s", "4, 2.5"),
     "called": ("What the recording calls robots", "", "quad0=cf231, quad1=cf7"),
     "axes": ("The mission's x, y, z in its axes", "", "x,-z,y"),
-    "origin": ("Where its origin lies in the mission", "m", "1.5,0,0 or quad0=1,0,0; quad1=0,2,0"),
+    "origin": ("Where its origin lies in the mission", "m", "1.5,0,0 or quad0=1,0,0"),
 }
 """What may be said of a recording: in words, its unit, and how it is written. Nothing is said unless somebody writes it."""
 _KINDS = (

@@ -1,5 +1,5 @@
 // A flight that is watched, trusted or judged: one scene, one clock, and beside them what is seen at that time.
-import { Scene } from "ltlplan_scene";
+import { RING_WORDS, Scene } from "ltlplan_scene";
 
 const SPEEDS = [0.25, 0.5, 1, 2, 5, 10];
 
@@ -32,7 +32,8 @@ export default {
           <span class="task">{{ data.tasks[name] }}</span>
         </li>
       </ul>
-      <p class="keys">Space plays, arrows step, + and - change the speed. Drag turns the picture, scrolling zooms; with the focus on it (Tab) arrows, + and - do the same, 0 shows all. Robots are to scale: a ring stands for one too small to be seen, and is no size.</p>
+      <p class="keys">Space plays, arrows step, + and - change the speed. Drag turns the picture, scrolling zooms; with the focus on it (Tab) arrows, + and - do the same, 0 shows all.</p>
+      <p class="ring-words">{{ ringWords }}</p>
     </div>
     <aside class="side" v-if="data" v-show="beside">
       <div v-show="view === 'watch'" class="now">
@@ -109,7 +110,7 @@ export default {
 </div>`,
   props: { url: String, view: { type: String, default: "watch" }, verdict: Object },
   data: () => ({
-    data: null, trouble: "", running: false, speed: 1, speeds: SPEEDS, end: 1, letters: [], todoAt: 0, hidden: {}, chosen: "", every: false, now: 0,
+    data: null, trouble: "", ringWords: RING_WORDS, running: false, speed: 1, speeds: SPEEDS, end: 1, letters: [], todoAt: 0, hidden: {}, chosen: "", every: false, now: 0,
     signs: { holds: "✓", fails: "✗", undecided: "?" },
   }),
   computed: {

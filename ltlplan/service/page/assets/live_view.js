@@ -1,6 +1,6 @@
 // A flight in the air, or one that is replayed: the scene, the same from above, and beside them how near each robot is to its margin.
 import { LEVELS, Line } from "ltlplan_feed";
-import { Scene } from "ltlplan_scene";
+import { RING_WORDS, Scene } from "ltlplan_scene";
 
 const STATES = { "to do": "to do", kept: "holds so far", done: "done", broken: "broken" };
 const SAID = 12;
@@ -22,10 +22,11 @@ export default {
   <div class="theatre" v-show="picture">
     <div class="stage3d">
       <div class="live-scenes">
-        <figure><div class="holder" ref="holder" role="group" :aria-label="'Scene of ' + name"></div><figcaption>Scene. Rings stand for robots too small to be seen to scale.</figcaption></figure>
+        <figure><div class="holder" ref="holder" role="group" :aria-label="'Scene of ' + name"></div><figcaption>Scene</figcaption></figure>
         <figure><div class="holder" ref="above" role="group" :aria-label="name + ' from above'"></div>
           <figcaption>From above{{ drags ? "; drag a region or an obstacle to move it" : "" }}</figcaption></figure>
       </div>
+      <p class="ring-words">{{ ringWords }}</p>
       <div class="row"><label>camera follows <select v-model="followed" class="follow"><option value="">nobody</option><option v-for="robot in robots" :value="robot.name">{{ robot.name }}</option></select></label>
         <button type="button" class="quiet" @click="all">whole</button></div>
       <div class="scroll" tabindex="0" role="group" aria-label="Robots"><table class="live-robots"><thead><tr><th>robot</th><th>from its plan</th><th>margin left</th><th>battery</th><th>pose</th><th>state</th></tr></thead>
@@ -58,7 +59,7 @@ export default {
   props: { flight: String, run: Number, replay: String, drags: Boolean },
   data: () => ({
     picture: null, frame: null, quiet: true, silent: 0, said: [], followed: "", robots: [], next: [], state: null,
-    replayed: null, at: 0, running: false, speed: 1, levels: LEVELS, states: STATES, trouble: "",
+    replayed: null, at: 0, running: false, speed: 1, levels: LEVELS, states: STATES, ringWords: RING_WORDS, trouble: "",
   }),
   computed: {
     name() { return this.flight || "the flight"; },

@@ -2,6 +2,7 @@
 import { CSS2DObject, CSS2DRenderer, OrbitControls, THREE } from "nicegui-scene";
 import { cameraKeys, HALO, SceneNames, SEEN_TO_SCALE } from "scene_names";
 
+export const RING_WORDS = "Robots are to scale: a ring stands for one too small to be seen, and is no size."; // beside every scene
 const FOV = 32; // degrees
 const REACH = 0.62 + 0.3 + 0.045; // of a robot as it is modelled below: from its middle to the outside of its rotors
 const DOWN = new THREE.Vector3(0, -1e-4, 1).normalize(); // from straight above, y up in the picture

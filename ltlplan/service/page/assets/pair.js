@@ -1,5 +1,5 @@
 // Two flights side by side on one clock.
-import { Scene } from "ltlplan_scene";
+import { RING_WORDS, Scene } from "ltlplan_scene";
 
 export default {
   template: `
@@ -11,6 +11,7 @@ export default {
       <div class="holder small" ref="holders" role="group" :aria-label="'Moving 3-D picture of the ' + side + ' flight'"></div>
     </figure>
   </div>
+  <p class="ring-words" v-show="ready !== 'none'">{{ ringWords }}</p>
   <div class="player" v-show="ready !== 'none'">
     <button type="button" class="play" @click="toggle" :aria-label="running ? 'Pause both' : 'Play both'">{{ running ? "Pause" : "Play both" }}</button>
     <input class="clock" ref="clock" type="range" min="0" step="0.01" :max="end" value="0" aria-label="Time of both flights in seconds" @input="seek(Number($event.target.value))">
@@ -18,7 +19,7 @@ export default {
   </div>
 </div>`,
   props: { first: String, second: String },
-  data: () => ({ sides: ["first", "second"], flights: [null, null], running: false, end: 1, now: 0, trouble: "" }),
+  data: () => ({ sides: ["first", "second"], flights: [null, null], running: false, end: 1, now: 0, trouble: "", ringWords: RING_WORDS }),
   computed: {
     ready() { return this.flights.every(Boolean) ? "both" : this.flights.some(Boolean) ? "one" : "none"; },
   },

@@ -1,11 +1,16 @@
 // A mission's world as it is written, before anything is planned.
-import { Scene } from "ltlplan_scene";
+import { RING_WORDS, Scene } from "ltlplan_scene";
 
 export default {
-  template: `<div class="holder small" role="group" :aria-label="label"></div>`,
+  template: `
+<div>
+  <div class="holder small" ref="holder" role="group" :aria-label="label"></div>
+  <p class="ring-words">{{ ringWords }}</p>
+</div>`,
   props: { figure: Object, label: String },
+  data: () => ({ ringWords: RING_WORDS }),
   watch: { figure() { this.put(); } },
-  mounted() { this.scene3d = new Scene(this.$el); this.put(); },
+  mounted() { this.scene3d = new Scene(this.$refs.holder); this.put(); },
   beforeUnmount() { this.scene3d.dispose(); },
   methods: {
     put() {
