@@ -41,7 +41,7 @@ def test_no_name_lies_over_another_where_missions_are_written(address: str, chro
     visitor = Visitor(chromium, address, width=width)
     visitor.open("/")
     visitor.checked()
-    holder = visitor.page.locator(".holder.small")
+    holder = visitor.page.locator(".holder.small").first
     for name in MISSIONS:
         visitor.page.get_by_role("button", name=name, exact=True).click()
         visitor.wait(f"document.querySelector('.state').textContent.includes('No faults: {name}')")

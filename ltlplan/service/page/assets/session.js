@@ -11,3 +11,15 @@
   };
   begin();
 })();
+
+// Tab goes round within a dialog that is open.
+document.addEventListener("keydown", (event) => {
+  const dialog = [...document.querySelectorAll("[role=dialog]")].at(-1);
+  if (event.key !== "Tab" || !dialog) return;
+  const stops = [...dialog.querySelectorAll("a[href], button, input, select, textarea, summary, [tabindex]")]
+    .filter((each) => each.tabIndex >= 0 && !each.disabled && each.checkVisibility());
+  const at = stops.indexOf(document.activeElement), last = event.shiftKey ? 0 : stops.length - 1;
+  if (!stops.length || (at >= 0 && at !== last)) return;
+  event.preventDefault();
+  stops[event.shiftKey ? stops.length - 1 : 0].focus();
+});
