@@ -404,6 +404,7 @@ FIRM = STOCK.changed(ekf=STOCK.ekf.changed(attitude_noise=0.0045))
 """A filter that trusts attitudes as the firmware does where nobody says otherwise; its dead zone is the firmware's."""
 
 
+@pytest.mark.slow  # sums responses of loops for as long
 def test_set_points_alone_are_followed_as_the_simulator_does():
     """What the linear loop and the laws beside it make of a way is the simulator's flight, far more exactly than the way is long."""
     exact_filter = STOCK.changed(ekf=STOCK.ekf.changed(least_turn=0.0))
