@@ -11,10 +11,12 @@ import pytest
 import ltlplan
 from ltlplan.search.exact import assign
 from ltlplan.systems.forbidden_regions import regions_to_avoid
+from ltlplan.systems.visit_words import word_of
 from tests.helpers.few import few_of
 from tests.helpers.rooms_and_rests import room_with_a_corner
 from tests.helpers.worlds import world
-from verify.data import Mission, parse_mission
+from verify import check_word
+from verify.data import Mission, Visit, parse_mission
 
 MARGIN, PILLAR = 0.05, 0.6
 Spot = tuple[float, float]
@@ -84,6 +86,21 @@ def test_a_goal_behind_what_is_forbidden_until_then_is_no_nearer_than_it_is_flow
     asked = "F (near | far) & (!wall U (near | far))"
     mission = world(asked, regions=places, radii={"near": 0.2, "far": 0.2, "wall": 0.7}, starts=((0.0, 0.0),))
     assert [visit.region for visit in assign(mission).robots["quad0"].visits] == ["far"]
+
+
+@pytest.mark.parametrize("trace", ["finite", "infinite"])
+def test_a_straight_leg_through_what_is_forbidden_for_a_while_breaks_the_formula(trace: str) -> None:
+    places = {"a": (0.0, 0.0), "c": (2.0, 1.5)}
+    mission = world("!a U c", regions=places, starts=((-1.0, -1.0),), trace=trace)
+    start, goal = (-1.0, -1.0), places["c"]
+    straight, middle = math.dist(start, goal), np.cross([*start, 0.0], [*goal, 0.0])[2]
+    assert abs(middle) / straight < 0.2  # the line passes the middle of a so near
+    flown = word_of(mission, "quad0", [Visit(region="a"), Visit(region="c")], 2 if trace == "infinite" else None, stays=True)
+    assert not check_word(mission.formula, flown)
+    plan = assign(mission)
+    assert check_word(mission.formula, plan.robots["quad0"].word)
+    assert [visit.region for visit in plan.robots["quad0"].visits] == ["c"]
+    assert straight + 1e-3 < plan.cost < 1.01 * straight
 
 
 POST = "post: {center: [2.0, 2.0, 1], cylinder: {radius: 0.1, height: 2}}"
