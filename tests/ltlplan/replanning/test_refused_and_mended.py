@@ -151,13 +151,13 @@ def test_nominal_times_are_tried_where_no_faster_flight_is_certified() -> None:
 
 @pytest.mark.slow
 def test_words_that_take_longer_than_planning_counted_on_are_shared_further() -> None:
-    mission = parse_mission(SITES)
+    mission = parse_mission(NEARER.replace("endurance: 32", "endurance: 31"))
     made = ltlplan.plan(mission, pace=1.0)
     found = certified_team(made)
     assert found.certificate.holds
     assert found.plan.words != made.words
     assert found.plan.mission == made.mission
-    assert max(flight.duration for flight in found.team.values()) <= 21.0
+    assert max(flight.duration for flight in found.team.values()) <= 20.0
 
 
 def test_the_least_time_is_said_where_no_speed_keeps_the_endurance() -> None:
