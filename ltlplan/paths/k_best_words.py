@@ -26,6 +26,7 @@ from ltlplan.allocation import Allocation, Context, Itinerary, Known, Leg
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
 from ltlplan.logic.signed_parts import signed_parts
 from ltlplan.paths.costs import Sampling, WeightedCost, cost_by_legs, cost_of, evaluate, plan_cost, team_cost
+from ltlplan.paths.hoops.sequencer import metres_of_laps
 from ltlplan.paths.improvement import RAMPS, improved_path, own_draws, with_ramped_times
 from ltlplan.paths.nominal import lay_path
 from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
@@ -123,7 +124,8 @@ def _priced_where_touched(mission: Mission, context: Context, by_metres: Allocat
     Each leg between edges is as short as it may be, whatever comes before and after; so what these cost is a bound for all routes, and the
     first of which it is no lower than the best route ends the search.
     """
-    prices, legs, metre = _Prices(mission), _legs_between_edges(mission), weighted_metres(mission)
+    laps = mission.spec.repeat if mission.spec.trace == "infinite" and len(mission.agents) == 1 else 1
+    prices, legs, metre = _Prices(mission, laps), _legs_between_edges(mission), weighted_metres(mission)
     price, best, least, complete = prices.of(by_metres), by_metres, 0.0, False
     budget, touched = context.known.budget, _touched(mission)
     known = replace(context.known, budget=budget.of(max(1, budget.states // len(mission.agents) ** 2)))
@@ -279,14 +281,14 @@ class _Shut:
 
 
 class _Prices:
-    """Costs of allocations' nominal paths, each robot's path laid once.
+    """Costs of allocations' nominal paths, each robot's path laid once. Of one robot's laps, where several are counted, legs count by metres.
 
     Attributes:
         bounded: Whether every term that has no bound of its own was at least 0 on all paths.
     """
 
-    def __init__(self, mission: Mission) -> None:
-        self._mission = mission
+    def __init__(self, mission: Mission, counted: int = 1) -> None:
+        self._mission, self._counted = mission, counted
         self._laps = mission.spec.trace == "infinite" and len(mission.agents) > 1
         self._others = [WeightedCost(((name, 1.0),)) for name in sorted(terms_of(mission) - BOUNDED)]
         self._paths: dict[tuple[str, Itinerary], RobotPlan] = {}
@@ -302,6 +304,8 @@ class _Prices:
             path, _ = (lay_laps if self._laps else lay_path)(self._mission, name, does)
         except Infeasible:
             return math.inf
+        if self._counted > 1:
+            return weighted_metres(self._mission)[name] * metres_of_laps(self._counted, path)
         function = cost_of(self._mission, name)
         self._paths[name, does] = path
         ramped = path if path.hovers or self._laps else with_ramped_times(path, function)

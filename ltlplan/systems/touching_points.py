@@ -65,10 +65,9 @@ def routes_may_touch(mission: Mission) -> bool:
 def words_touch(mission: Mission) -> bool:
     """Tell whether words are compared where their routes touch regions.
 
-    Those of counted teams are not, as they take too long to look for many times; nor those of one robot's laps, of which paths count the first alone.
+    Those of counted teams are not, as they take too long to look for many times.
     """
-    one, laps = len(mission.agents) == 1, mission.spec.trace == "infinite" and mission.spec.repeat > 1
-    return routes_may_touch(mission) and not (laps if one else mission.written.counts)
+    return routes_may_touch(mission) and not (len(mission.agents) > 1 and mission.written.counts)
 
 
 def touching_depth(mission: Mission, name: str) -> float:

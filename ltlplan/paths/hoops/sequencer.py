@@ -122,7 +122,7 @@ def _laid(mission: Mission, robot: str, does: Itinerary, directions: Directions 
     if inside is None:
         return first
     try:
-        return min(first, _laid_as(mission, robot, inside, directions), key=partial(_metres, mission.spec.repeat))
+        return min(first, _laid_as(mission, robot, inside, directions), key=partial(metres_of_laps, mission.spec.repeat))
     except Infeasible:
         return first
 
@@ -142,8 +142,13 @@ def _begun_inside(mission: Mission, does: Itinerary) -> Itinerary | None:
     return replace(does, visits=(*does.visits, visit), word=word, cycle_visit=first + 1)
 
 
-def _metres(laps: int, plan: RobotPlan) -> float:
-    """Return the length of a path from waypoint to waypoint, with all its laps, m."""
+def metres_of_laps(laps: int, plan: RobotPlan) -> float:
+    """Return the length of a lasso's path from waypoint to waypoint, with all its laps, m.
+
+    Args:
+        laps: How many are flown.
+        plan: Waypoints, and where the lap begins.
+    """
     points = np.array([waypoint.position for waypoint in plan.waypoints])
     legs = np.linalg.norm(np.diff(points, axis=0), axis=1)
     return float(legs.sum() + (laps - 1) * legs[plan.cycle_waypoint or 0 :].sum())

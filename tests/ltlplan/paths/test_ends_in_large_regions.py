@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from refine import refine
 from refine.single_robot.task import Pace
 from tests.helpers.few import few_of
 from tests.helpers.rooms_and_rests import fields_or_spots
+from tests.helpers.worlds import world
 from verify import judge
 from verify.data import Mission, mission_to_yaml, parse_mission
 from verify.data.progress import silent
@@ -209,3 +211,20 @@ def test_mirroring_and_renaming_change_neither_cost_nor_duration_of_laps(seed: i
         durations.append(max(flight.duration for flight in flown.values()))
     assert costs == pytest.approx([costs[0]] * 3, rel=2e-2)  # what draws of cross-entropy make
     assert durations == pytest.approx([durations[0]] * 3, rel=5e-2)
+
+
+@pytest.mark.parametrize(("laps", "patrolled"), [(1, "b"), (5, "c")])
+def test_several_laps_go_to_the_field_that_begins_nearer_and_one_to_the_spot_at_the_start(laps: int, patrolled: str) -> None:
+    places, radius = {"a": (0.0, 0.0), "b": (2.0, 0.0), "c": (-2.6, 0.0)}, 1.2
+    formula, start = "G F a & (G F b | G F c)", (2.0, 0.5)
+    mission = world(formula, regions=places, radii={"c": radius}, starts=(start,), trace="infinite", repeat=laps)
+    far = radius - mission.margin - 0.2  # from its middle a route touches the field
+    near = 0.7 * (0.2 - mission.margin)  # and from theirs the spots
+    spot = 0.5 - near + 2 * laps * (2.0 - 2 * near)
+    field = math.hypot(start[0] + near, start[1]) + 2 * laps * (2.6 - far - near)
+    assert (spot < field) == (patrolled == "b")  # middles alone would choose the spot
+    found = exact(mission, Context(np.random.default_rng(0), silent))
+    assert {visit.region for visit in found.robots["quad0"].visits} == {"a", patrolled}
+    assert found.lower_bound is not None
+    assert found.lower_bound <= field + 1e-3
+    assert laps == 1 or found.cost == pytest.approx(field, abs=1e-3)  # one lap is priced by its spline
