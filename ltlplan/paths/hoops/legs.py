@@ -54,6 +54,8 @@ class Legs:
             and first > self.begins_inside
             and visits[first - 1].region == visits[last].region != visits[last - 1].region
             and visits[last].region not in mission.hoops
+            and self.numbers[last] == len(does.visits) - 1
+            and visits[last].region in does.word.letters[-1]
         )
         """Whether each lap begins and ends at one place of a region, that of the last visit before the first lap and of a lap's own last one."""
 

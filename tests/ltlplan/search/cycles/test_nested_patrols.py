@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from random import Random
 
-import pytest
-
 from ltlplan import parse_mission, plan
 from ltlplan.pipeline import Candidate, Flight, attempted
 from tests.helpers.few import few_of
@@ -66,8 +64,7 @@ def test_laps_between_middles_of_regions_that_overlap_are_certified(
     assert certified(world(formula, [0.0, -2.0, 1.0], balls), pace)
 
 
-@pytest.mark.slow  # half a minute: many small worlds
-@pytest.mark.parametrize("seed", range(60))
+@few_of(1, "seed", [8, *(seed for seed in range(60) if seed != 8)])  # laps of 8 end in passing the region that they began in
 def test_whatever_is_planned_among_drawn_houses_is_certified_at_once(seed: int) -> None:
     rng = Random(seed)
     houses = dict(HOUSES)
