@@ -148,7 +148,7 @@ def proofs(once: Once) -> tuple[Path, dict[str, set[str]]]:
     """Return the folder in which the proofs in Coq are built, and the axioms of each theorem."""
     if shutil.which("coqc") is None:
         pytest.skip("needs Coq: apt-get install coq")
-    from tests.helpers.proved_checkers import build_proofs
+    from tests.helpers.kernel.proved_checkers import build_proofs
 
     return once("proofs in Coq", lambda folder: (folder, build_proofs(folder)))
 
@@ -158,6 +158,6 @@ def checkers(once: Once, proofs: tuple[Path, dict[str, set[str]]]) -> Path:
     """Return the program that was extracted from the proofs."""
     if shutil.which("ocamlfind") is None or shutil.which("ocamlopt") is None:
         pytest.skip("needs OCaml: apt-get install ocaml-nox ocaml-findlib")
-    from tests.helpers.proved_checkers import build_checkers
+    from tests.helpers.kernel.proved_checkers import build_checkers
 
     return once("extracted checkers", lambda _folder: build_checkers(proofs[0]))

@@ -17,7 +17,7 @@ import verify
 from ltlplan.online.simulated_online_flight import fly_online
 from ltlplan.pipeline import certified_team
 from tests.helpers.few import few_of
-from tests.helpers.flights import legs, plan_of, small_mission
+from tests.helpers.motion.flights import legs, plan_of, small_mission
 from verify.data import BadInput, Formula, Mission, Plan, Trajectory, Word, check_mission
 from verify.data.language.formula import TRUE
 from verify.data.plan import RobotPlan, Visit, Waypoint

@@ -12,8 +12,8 @@ import pytest
 
 import ltlplan
 import verify
-from tests.helpers.dense_sampler import level, quantities, read_flight, read_mission, regions_of
-from tests.helpers.shipped import PAPER_MISSIONS
+from tests.helpers.missions.shipped import PAPER_MISSIONS
+from tests.helpers.motion.dense_sampler import level, quantities, read_flight, read_mission, regions_of
 from verify.data import load_plan
 
 RATE = 2000.0

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import verify.kernel
-from tests.helpers.proved_checkers import PROOFS
+from tests.helpers.kernel.proved_checkers import PROOFS
 
 NAMED = re.compile(r"Coq[^:`]*:\s+((?:`\w+`(?:,\s+|\s+and\s+)?)+)")
 STATED = re.compile(r"^\s*(?:Theorem|Lemma|Corollary)\s+(\w+)", re.MULTILINE)

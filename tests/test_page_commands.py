@@ -16,8 +16,8 @@ from pathlib import Path
 import pytest
 
 from ltlplan import Client
-from tests.helpers.fleets import show_of, trajectory_of, write_show
-from tests.helpers.services import serving
+from tests.helpers.motion.fleets import show_of, trajectory_of, write_show
+from tests.helpers.serving.services import serving
 from tests.test_site import BLOCK, DOCS, EXTENDING, FIRST, PAGES, ROOT, WALKS, WATCHING, Reader, named_commands
 
 RADIO = re.compile(r"--link (crazyflie|mavlink)")

@@ -14,13 +14,13 @@ from typing import Any
 import pytest
 
 import verify
-from tests.helpers import proof_rules as rules
-from tests.helpers import random_teams
-from tests.helpers.kernel_records import Invariant, Tree, system_of
-from tests.helpers.kernel_words import proof_of
-from tests.helpers.proved_checkers import REALS, ask, system_case, team_case, word_case
-from tests.helpers.random_counts import random_counting_formula
-from tests.helpers.timelines import mission
+from tests.helpers.kernel import proof_rules as rules
+from tests.helpers.kernel.kernel_records import Invariant, Tree, system_of
+from tests.helpers.kernel.kernel_words import proof_of
+from tests.helpers.kernel.proved_checkers import REALS, ask, system_case, team_case, word_case
+from tests.helpers.missions import random_teams
+from tests.helpers.words.random_counts import random_counting_formula
+from tests.helpers.words.timelines import mission
 from verify.kernel.statement import Statement
 from verify.kernel.timelines import Timeline
 from verify.kernel.trees import Bernstein, Cell, Polynomial, leaves

@@ -21,11 +21,11 @@ from ruamel.yaml import YAML
 
 import flight
 from flight.logs.tables import log_from_csv
-from tests.helpers import dense_sampler
 from tests.helpers.few import few_of, given_few
-from tests.helpers.flights import legs, plan_of, small_mission
-from tests.helpers.stand_ins import flight as made_flight
-from tests.helpers.stand_ins import stand_in
+from tests.helpers.motion import dense_sampler
+from tests.helpers.motion.flights import legs, plan_of, small_mission
+from tests.helpers.motion.stand_ins import flight as made_flight
+from tests.helpers.motion.stand_ins import stand_in
 from tests.strategies.files import Recorded, certificates, missions, plans, recordings, trajectories
 from tests.strategies.mutants import mutated_bytes, mutated_json, no_hang
 from tests.verify.data.files.test_mission_file import GOOD

@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 
 from ltlplan.missions import shipped_missions
-from tests.helpers.kernel_records import recorded
-from tests.helpers.proved_checkers import ask
+from tests.helpers.kernel.kernel_records import recorded
+from tests.helpers.kernel.proved_checkers import ask
 from tests.mutation.sites import ROOT
 
 pytestmark = pytest.mark.slow
@@ -40,7 +40,7 @@ def test_proved_checkers_say_what_the_kernel_says(checkers: Path, shipped_folder
 def test_proved_checkers_agree_on_every_proof_of_the_suite(checkers: Path) -> None:
     """All that the kernel looks at in its own tests and in those of audits, true or not (`kernel_replay`)."""
     files = ["tests/verify/kernel", "tests/verify/third_party/test_audit_proof.py"]
-    command = [sys.executable, "-m", "pytest", "-n", "0", "-q", "-p", "tests.helpers.kernel_replay", *files]
+    command = [sys.executable, "-m", "pytest", "-n", "0", "-q", "-p", "tests.helpers.kernel.kernel_replay", *files]
     environment = {**os.environ, "KERNEL_REPLAY": str(checkers)}
     done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout[-5000:]

@@ -24,8 +24,8 @@ from ltlplan.pipeline import certified_team
 from ltlplan.result import aborts_of
 from tests.benchmarks.scale import circle_mission, hall_mission, scale_mission
 from tests.helpers.benchmarks import run_benchmark
-from tests.helpers.braking import closest, random_team
-from tests.helpers.flights import small_mission
+from tests.helpers.motion.braking import closest, random_team
+from tests.helpers.motion.flights import small_mission
 from verify.data import Mission, parse_mission
 from verify.motion.braking.pairs import closest_braking
 from verify.motion.paths import read_team

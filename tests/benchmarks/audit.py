@@ -28,7 +28,7 @@ if __name__ == "__main__":
 
 import verify
 from tests.helpers.benchmarks import run_benchmark
-from tests.helpers.fleets import wandering
+from tests.helpers.motion.fleets import wandering
 from verify.arithmetic.balls import Floats
 from verify.third_party import near_pieces
 from verify.third_party.distances import Breach, Closest, Nearest, Separation, judge_distances

@@ -19,8 +19,8 @@ if __name__ == "__main__":
     sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from tests.helpers.benchmarks import is_smallest, run_benchmark
-from tests.helpers.flights import firefighting, quantised, small_mission, wandering
-from tests.helpers.second_reading import compare
+from tests.helpers.motion.flights import firefighting, quantised, small_mission, wandering
+from tests.helpers.words.second_reading import compare
 from verify.arithmetic.balls import dot
 from verify.arithmetic.bounds import peaks
 from verify.arithmetic.exact import nonnegative, polynomial

@@ -22,9 +22,9 @@ from ltlplan.pipeline import certified_team
 from ltlplan.service.execution.batches import run_batch
 from ltlplan.service.execution.clusters import Cluster
 from ltlplan.service.execution.workers import LocalWorkers
-from tests.helpers import work_for_workers
 from tests.helpers.benchmarks import is_smallest, run_benchmark
-from tests.helpers.clusters import local_cluster
+from tests.helpers.serving import work_for_workers
+from tests.helpers.serving.clusters import local_cluster
 
 CONDITIONS = {"wind": "0.5+0.3", "noise": 0.001}
 

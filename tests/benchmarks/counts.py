@@ -17,9 +17,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 import ltlplan
 from ltlplan.logic.conjunction import conjunct_automaton
 from ltlplan.search.exact import assign, under_precedences
-from tests.helpers.apart_missions import goals, parcels, patrol, show
 from tests.helpers.benchmarks import run_benchmark
-from tests.helpers.worlds import world
+from tests.helpers.missions.apart_missions import goals, parcels, patrol, show
+from tests.helpers.missions.worlds import world
 from verify.data import Mission
 from verify.model_checking.timeline import Change, Enclosure, Relations, Timeline
 from verify.model_checking.word_claims import judge_formula

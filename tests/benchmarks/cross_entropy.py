@@ -27,7 +27,7 @@ from ltlplan.paths.cross_entropy.cross_entropy import minimise, searches
 from ltlplan.paths.cross_entropy.gaussian import Options
 from ltlplan.paths.sampling.path_problem import PathProblem, path_problem
 from tests.helpers.benchmarks import installed, run_benchmark
-from tests.helpers.courses import courses
+from tests.helpers.missions.courses import courses
 
 COST = WeightedCost.of({"length": 1.0, "effort": 0.5})
 

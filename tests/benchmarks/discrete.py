@@ -29,8 +29,8 @@ from ltlplan.search.own.reading import OwnTask
 from ltlplan.search.team_planning import plan_team
 from ltlplan.systems.robot_systems import Systems
 from tests.helpers.benchmarks import is_smallest, require_time, run_benchmark
-from tests.helpers.team_automaton import TeamAutomaton, full_product, full_product_size
-from tests.helpers.worlds import world
+from tests.helpers.missions.worlds import world
+from tests.helpers.words.team_automaton import TeamAutomaton, full_product, full_product_size
 from verify import check_team
 from verify.data import Formula, Mission, parse_formula
 

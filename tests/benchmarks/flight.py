@@ -25,8 +25,8 @@ from flight.model.airframe import Airframe, airframe_of
 from flight.model.reference import sample_reference
 from flight.model.timing import CONTROL_STEP, SUBSTEPS
 from tests.helpers.benchmarks import installed, run_benchmark
-from tests.helpers.firmware_flights import flown_here
-from tests.helpers.stand_ins import StandIn, hoop6
+from tests.helpers.motion.stand_ins import StandIn, hoop6
+from tests.helpers.vehicles.firmware_flights import flown_here
 from verify.data import Plan, Trajectory, load_vehicle
 
 FLIGHT_TIME = 30.0

@@ -17,7 +17,7 @@ from ltlplan.logic.budget import TooLarge
 from ltlplan.logic.conjunction import conjunct_automaton
 from ltlplan.search.exact import assign
 from tests.helpers.benchmarks import run_benchmark
-from tests.helpers.worlds import world
+from tests.helpers.missions.worlds import world
 from verify.data import Infeasible, Mission, Unsatisfiable
 
 PLACES = ("a", "b", "c", "d")

@@ -27,7 +27,7 @@ from flight.link.mavlink import RATE, MavlinkLink
 from flight.link.phases import Stage
 from ltlplan.pipeline import certified_team
 from tests.helpers.benchmarks import run_benchmark
-from tests.helpers.px4_peer import Manner, Px4Peer, free_port
+from tests.helpers.vehicles.px4_peer import Manner, Px4Peer, free_port
 from verify.data import Mission, Trajectory
 
 

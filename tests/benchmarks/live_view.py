@@ -21,9 +21,9 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from tests.helpers.benchmarks import run_benchmark
-from tests.helpers.live_feeds import Network
-from tests.helpers.services import serving
-from tests.helpers.ten_robots import TenRobots
+from tests.helpers.live.live_feeds import Network
+from tests.helpers.live.ten_robots import TenRobots
+from tests.helpers.serving.services import serving
 
 FROZEN = 10.0
 """s that the service is frozen, and not, in turn."""

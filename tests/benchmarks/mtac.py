@@ -28,7 +28,7 @@ from ltlplan.reproduction.race import ROBOTS, Race, medians
 from ltlplan.reproduction.team_flights import LENGTH, PAPER, PRINTED
 from ltlplan.search.exact import assign
 from tests.helpers.benchmarks import is_smallest, run_benchmark
-from tests.helpers.random_missions import MANY_TASKS, mission_of_many_tasks, random_mission
+from tests.helpers.missions.random_missions import MANY_TASKS, mission_of_many_tasks, random_mission
 from verify.data import Mission
 
 Rows = list[str]

@@ -36,12 +36,12 @@ from refine.solvers import ipopt_engine
 from refine.spline.spline import Spline
 from tests.benchmarks.refinement import split_s
 from tests.helpers.benchmarks import installed, run_benchmark
-from tests.helpers.refinement_courses import HOOP6, HOOP6_LIMITS, flown, hoop6_vehicle, limit_verdicts
+from tests.helpers.missions.refinement_courses import HOOP6, HOOP6_LIMITS, flown, hoop6_vehicle, limit_verdicts
 from verify.data import GRAVITY, Infeasible, Plan, Trajectory
 
 Floats = NDArray[np.float64]
 
-RACE = Path(__file__).parents[1] / "helpers" / "race.yaml"
+RACE = Path(__file__).parents[1] / "helpers" / "missions" / "race.yaml"
 MISSIONS = ("firefighting", "hoops-sequence", "window-inspection", "wall-swap", "door-puzzle", "race")
 COURSES = ("hoop6", "split-s")
 _DIRECTIONS = 150

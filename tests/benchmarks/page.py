@@ -27,7 +27,7 @@ from tests.browser.devtools import CHROMIUM
 from tests.helpers.benchmarks import LEFT_OUT, installed, run_benchmark
 
 if TYPE_CHECKING:
-    from tests.helpers.services import Served
+    from tests.helpers.serving.services import Served
 
 WANTED = 1.5
 """s that are asked for from a click to the picture."""
@@ -156,8 +156,8 @@ def main() -> None:
 
     from ltlplan import Client
     from tests.browser.visitor import OPTIONS
-    from tests.helpers.live_feeds import fed
-    from tests.helpers.services import ONE_HOOP, serving
+    from tests.helpers.live.live_feeds import fed
+    from tests.helpers.serving.services import ONE_HOOP, serving
 
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--missions", nargs="*", type=int, default=[10, 50, 200])

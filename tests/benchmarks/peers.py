@@ -40,7 +40,7 @@ from refine import minimum_snap
 from refine.solvers.fastest import time_optimal
 from tests.benchmarks import audit, flight, refinement, timed_peers, times
 from tests.helpers.benchmarks import LEFT_OUT, installed, is_smallest, run_benchmark
-from tests.helpers.stand_ins import hoop6
+from tests.helpers.motion.stand_ins import hoop6
 from verify.data import load_vehicle
 from verify.data.language.formula_reader import parse_formula
 from verify.model_checking.timeline import Change, Enclosure, Relations, Timeline
@@ -217,7 +217,7 @@ def sampled(rate: float) -> Callable[[], Pair]:
 
 SAMPLES = "nothing between samples"
 ROOT = Path(__file__).parents[2]
-CRAZYFLOW = ROOT / "tests" / "helpers" / "crazyflow_flights.py"
+CRAZYFLOW = ROOT / "tests" / "helpers" / "vehicles" / "crazyflow_flights.py"
 
 
 def table(interpreter: str) -> tuple[Row, ...]:

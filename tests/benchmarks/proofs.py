@@ -21,7 +21,7 @@ import refine
 from ltlplan.missions import shipped_missions
 from tests.benchmarks.scale import scale_mission
 from tests.helpers.benchmarks import run_benchmark
-from tests.helpers.proofs import checked, tables
+from tests.helpers.kernel.proofs import checked, tables
 from verify import Trajectory, judge
 from verify.data.plan import Plan
 from verify.proofs.finder import prove

@@ -15,7 +15,7 @@ if __name__ == "__main__":
     sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from tests.helpers.benchmarks import run_benchmark
-from tests.helpers.recorded_flights import campaign
+from tests.helpers.live.recorded_flights import campaign
 
 
 def main() -> int:

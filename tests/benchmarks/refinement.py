@@ -33,7 +33,7 @@ from refine.single_robot.time_optimised import forget as forget_answers
 from refine.solvers.ipopt_engine import forget
 from refine.spline.least_snap import banded_problem
 from tests.helpers.benchmarks import installed, is_smallest, require_time, run_benchmark
-from tests.helpers.refinement_courses import (
+from tests.helpers.missions.refinement_courses import (
     HOOP6,
     HOOP6_BLEND,
     HOOP6_LIMITS,

@@ -13,7 +13,7 @@ import numpy as np
 import verify
 from refine import refine
 from tests.helpers.benchmarks import run_benchmark
-from tests.helpers.plans_by_hand import robot_plan
+from tests.helpers.motion.plans_by_hand import robot_plan
 from verify.data import Plan, Visit, Waypoint, parse_mission
 
 NEAR = 0.125

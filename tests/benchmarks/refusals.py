@@ -17,7 +17,7 @@ import pytest
 
 import refine
 from tests.helpers.benchmarks import run_benchmark
-from tests.helpers.random_plans import random_plan
+from tests.helpers.motion.random_plans import random_plan
 from tests.refine import test_random_plans as plans
 from verify.data import DoesNotFit, Infeasible
 

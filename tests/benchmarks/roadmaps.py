@@ -13,7 +13,7 @@ import numpy as np
 
 from ltlplan.free_space.free_space import FreeSpace, Place
 from tests.helpers.benchmarks import run_benchmark
-from tests.helpers.walled_rooms import shelves
+from tests.helpers.missions.walled_rooms import shelves
 
 WAYS = 40
 

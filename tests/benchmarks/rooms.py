@@ -10,8 +10,8 @@ from __future__ import annotations
 import sys
 
 from tests.helpers.benchmarks import run_benchmark
-from tests.helpers.room_figures import Figure, distribution, measured
-from tests.helpers.room_teams import KINDS, drawn
+from tests.helpers.missions.room_figures import Figure, distribution, measured
+from tests.helpers.missions.room_teams import KINDS, drawn
 
 _SEEDS = ("0", "70")
 

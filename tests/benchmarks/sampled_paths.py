@@ -23,8 +23,8 @@ import numpy as np
 from ltlplan.paths.costs import Sampling, WeightedCost
 from ltlplan.paths.sampling.path_problem import path_problem
 from tests.helpers.benchmarks import run_benchmark
-from tests.helpers.courses import courses
-from tests.helpers.sampled_labels import label, run
+from tests.helpers.missions.courses import courses
+from tests.helpers.words.sampled_labels import label, run
 
 
 class Visits:

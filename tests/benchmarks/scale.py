@@ -27,8 +27,8 @@ import refine
 import verify
 from ltlplan.pipeline import certified_team
 from tests.helpers.benchmarks import run_benchmark
-from tests.helpers.flights import small_mission, wandering
-from tests.helpers.timelines import APART, mission, timeline
+from tests.helpers.motion.flights import small_mission, wandering
+from tests.helpers.words.timelines import APART, mission, timeline
 from verify.data import Mission, parse_mission
 from verify.model_checking.compositional import team_answers
 from verify.model_checking.word_claims import judge_formula

@@ -16,7 +16,7 @@ if __name__ == "__main__":
 
 from tests.browser.devtools import CHROMIUM, Browser
 from tests.helpers.benchmarks import LEFT_OUT, is_smallest, run_benchmark
-from tests.helpers.crowd_pages import crowd_page
+from tests.helpers.serving.crowd_pages import crowd_page
 
 SECONDS = 10
 WANTED = 30

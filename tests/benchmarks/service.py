@@ -22,8 +22,8 @@ import ltlplan
 from ltlplan.service.execution.workers import LocalWorkers
 from ltlplan.service.job_queue.jobs import Jobs
 from ltlplan.service.settings import Settings
-from tests.helpers import work_for_workers as work
 from tests.helpers.benchmarks import run_benchmark
+from tests.helpers.serving import work_for_workers as work
 
 WORKERS = 2
 MISSION = "firefighting"

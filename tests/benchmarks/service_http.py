@@ -22,7 +22,7 @@ import httpx
 import ltlplan
 from ltlplan.missions import shipped_mission_text
 from tests.helpers.benchmarks import run_benchmark
-from tests.helpers.services import ONE_HOOP, serving, start
+from tests.helpers.serving.services import ONE_HOOP, serving, start
 
 YAML = {"content-type": "application/yaml"}
 FOUND = 1000

@@ -17,7 +17,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import ltlplan
 from tests.helpers.benchmarks import is_smallest, run_benchmark
-from tests.helpers.worlds import world
+from tests.helpers.missions.worlds import world
 from verify.data import Mission, Plan
 
 EIGHT = {f"p{i}": (float(3 * i % 8), 1.3 * i - 4.0) for i in range(8)}

@@ -16,8 +16,8 @@ import ltlplan
 import verify
 from refine import refine
 from tests.helpers.benchmarks import run_benchmark
-from tests.helpers.counted_halls import abreast, gathering, longest_alone
-from tests.helpers.rooms_and_rests import (
+from tests.helpers.missions.counted_halls import abreast, gathering, longest_alone
+from tests.helpers.missions.rooms_and_rests import (
     FIELD_OR_SPOT,
     escort,
     fields_or_spots,

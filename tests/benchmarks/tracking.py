@@ -22,7 +22,7 @@ import yaml
 from numpy.typing import NDArray
 
 from tests.helpers.benchmarks import is_smallest, run_benchmark
-from tests.helpers.disturbed_flights import Disturbed
+from tests.helpers.vehicles.disturbed_flights import Disturbed
 from verify.data import Trajectory
 from verify.data.airframe import AirframeTable, load_airframe
 from verify.data.disturbance import Disturbance

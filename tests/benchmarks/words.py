@@ -21,8 +21,8 @@ if __name__ == "__main__":
     sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from tests.helpers.benchmarks import run_benchmark
-from tests.helpers.spot_reading import spot_accepts
-from tests.helpers.timelines import mission
+from tests.helpers.words.spot_reading import spot_accepts
+from tests.helpers.words.timelines import mission
 from verify import check_samples, check_team, check_word
 from verify.data import Formula, Word, parse_formula
 from verify.logic.semantics import satisfies

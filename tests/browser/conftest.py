@@ -15,7 +15,7 @@ from ltlplan.reproduction.elements import chosen
 from ltlplan.reproduction.page import reproduction_html
 from ltlplan.reproduction.running import Rerun
 from tests.browser.devtools import CHROMIUM, Browser, Tab
-from tests.helpers.recordings import aside, asked, fires, judged, recorded
+from tests.helpers.live.recordings import aside, asked, fires, judged, recorded
 from verify import Samples
 
 

@@ -9,8 +9,8 @@ import pytest
 
 from ltlplan import Client
 from tests.browser.visitor import OF_THE_PAGE, Visitor
-from tests.helpers.live_feeds import fed
-from tests.helpers.services import ONE_HOOP
+from tests.helpers.live.live_feeds import fed
+from tests.helpers.serving.services import ONE_HOOP
 
 sync_axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="needs axe-core to judge pages")
 

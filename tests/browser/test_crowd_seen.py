@@ -3,7 +3,7 @@
 import pytest
 
 from tests.browser.devtools import CHROMIUM, Browser, Tab
-from tests.helpers.crowd_pages import crowd_page
+from tests.helpers.serving.crowd_pages import crowd_page
 
 pytestmark = [
     pytest.mark.browser,

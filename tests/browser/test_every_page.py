@@ -11,7 +11,7 @@ import pytest
 from ltlplan import Client
 from ltlplan.missions import load_mission
 from tests.browser.visitor import OF_THE_PAGE, Visitor
-from tests.helpers.services import ONE_HOOP
+from tests.helpers.serving.services import ONE_HOOP
 
 pytestmark = OF_THE_PAGE
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from ltlplan import Client
 from tests.browser.visitor import LIMIT, OF_THE_PAGE
-from tests.helpers.services import ONE_HOOP, serving
+from tests.helpers.serving.services import ONE_HOOP, serving
 
 pytestmark = OF_THE_PAGE
 

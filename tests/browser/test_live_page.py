@@ -19,8 +19,8 @@ from ltlplan.service.people.roles import Role
 from ltlplan.service.security.asker import COOKIE
 from ltlplan.service.security.tokens import Tokens
 from tests.browser.visitor import LIMIT, OF_THE_PAGE, Visitor, served
-from tests.helpers.live_feeds import FedFlight, fed
-from tests.helpers.waiting import until
+from tests.helpers.live.live_feeds import FedFlight, fed
+from tests.helpers.serving.waiting import until
 
 pytestmark = OF_THE_PAGE
 

@@ -8,7 +8,7 @@ import pytest
 
 from ltlplan import Client
 from tests.browser.visitor import LIMIT, OF_THE_PAGE, Visitor
-from tests.helpers.services import ONE_HOOP
+from tests.helpers.serving.services import ONE_HOOP
 
 pytestmark = OF_THE_PAGE
 

@@ -14,8 +14,8 @@ from ltlplan.service.people.people import People
 from ltlplan.service.people.roles import Role
 from ltlplan.service.security.tokens import Tokens
 from tests.browser.visitor import LIMIT, OF_THE_PAGE, Visitor, served
-from tests.helpers.openid_provider import CLIENT, SECRET, providing
-from tests.helpers.services import ONE_HOOP
+from tests.helpers.serving.openid_provider import CLIENT, SECRET, providing
+from tests.helpers.serving.services import ONE_HOOP
 
 pytestmark = OF_THE_PAGE
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from ltlplan import Client
 from tests.browser.visitor import OF_THE_PAGE, Visitor
-from tests.helpers.services import ONE_HOOP
+from tests.helpers.serving.services import ONE_HOOP
 
 pytestmark = OF_THE_PAGE
 

@@ -13,7 +13,7 @@ from ltlplan import Client
 from ltlplan.service.security.tokens import Tokens
 from tests.browser.devtools import CHROMIUM
 from tests.browser.visitor import LIMIT, OF_THE_PAGE, OPTIONS, Visitor, served
-from tests.helpers.services import ONE_HOOP
+from tests.helpers.serving.services import ONE_HOOP
 
 pytestmark = OF_THE_PAGE
 

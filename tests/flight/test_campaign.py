@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import flight
-from tests.helpers.stand_ins import Instant, hop, stand_in
-from tests.helpers.stand_ins import flight as made_flight
+from tests.helpers.motion.stand_ins import Instant, hop, stand_in
+from tests.helpers.motion.stand_ins import flight as made_flight
 from verify.data import BadInput, NotCertified
 
 CONDITIONS = {"wind": "0.4,0.2,0+0.3", "noise": 0.001}

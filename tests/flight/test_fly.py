@@ -13,8 +13,8 @@ from flight.model.reference import sample_reference
 from flight.model.sensing import MotionCapture
 from flight.model.timing import CONTROL_STEP, SUBSTEPS
 from tests.helpers.few import few_of
-from tests.helpers.stand_ins import Instant, StandIn, hop, mission, rest_to_rest, stand_in, through_a_hoop
-from tests.helpers.stand_ins import flight as made_flight
+from tests.helpers.motion.stand_ins import Instant, StandIn, hop, mission, rest_to_rest, stand_in, through_a_hoop
+from tests.helpers.motion.stand_ins import flight as made_flight
 from verify.data import BadInput, NotCertified, Plan, RobotPlan, Trajectory, Visit, Waypoint, Word, load_vehicle
 from verify.data.files.mission_file import parse_mission
 

@@ -21,8 +21,8 @@ from ltlplan.live_phases import stages
 from ltlplan.pipeline import certified_team
 from ltlplan.recorded import judge_flight
 from tests.helpers.few import few_of
-from tests.helpers.live_missions import pair
-from tests.helpers.stand_ins import minimum_snap
+from tests.helpers.live.live_missions import pair
+from tests.helpers.motion.stand_ins import minimum_snap
 from tests.verify.test_run_folder import write_folder
 from verify import certify
 from verify.data import BadInput, DoesNotFit

@@ -8,8 +8,8 @@ from flight.closed_loop import Setup, steps
 from flight.model.reference import sample_reference
 from flight.model.sensing import MotionCapture
 from flight.model.timing import CONTROL_STEP, SUBSTEPS
-from tests.helpers.flights import legs
-from tests.helpers.kinds import mixed
+from tests.helpers.missions.kinds import mixed
+from tests.helpers.motion.flights import legs
 from verify.data import load_vehicle
 
 

@@ -25,9 +25,9 @@ import numpy as np
 import refine
 import verify
 from ltlplan import load_mission, parse_mission, plan
-from tests.helpers.courses import course
-from tests.helpers.random_missions import random_mission
-from tests.helpers.shipped import GOLDEN_MISSIONS
+from tests.helpers.missions.courses import course
+from tests.helpers.missions.random_missions import random_mission
+from tests.helpers.missions.shipped import GOLDEN_MISSIONS
 from verify.data import LtlplanError, Mission, Word, mission_to_yaml
 
 RESULTS = Path(__file__).parent / "results.json"

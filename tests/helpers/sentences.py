@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from tests.helpers.dense_motion import GRAVITY, Floats, SampledFlight, body_rates, rotor_thrusts
+from tests.helpers.motion.dense_motion import GRAVITY, Floats, SampledFlight, body_rates, rotor_thrusts
 
 STEP = 0.004
 """s between samples."""

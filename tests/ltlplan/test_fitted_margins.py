@@ -9,7 +9,7 @@ import pytest
 import ltlplan
 from ltlplan import pipeline
 from ltlplan.logic.budget import DEFAULT_BUDGET
-from tests.helpers.flights import small_mission
+from tests.helpers.motion.flights import small_mission
 from verify import recheck
 from verify.data import NotCertified, parse_mission
 from verify.data.airframe import load_airframe

@@ -20,8 +20,8 @@ from ltlplan.pipeline import attempted, certified_team
 from ltlplan.replanning.cuts import Candidate, Certified, Conflict, Flight
 from refine import refine
 from tests.helpers.few import few_of
-from tests.helpers.plans_by_hand import ball, room, straight
-from tests.helpers.random_missions import random_mission
+from tests.helpers.missions.random_missions import random_mission
+from tests.helpers.motion.plans_by_hand import ball, room, straight
 from verify.data import Infeasible, NotCertified, Plan, Witness
 from verify.data.sections import Agent, Planner
 from verify.data.shapes.region import Region

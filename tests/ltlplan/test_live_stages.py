@@ -10,7 +10,7 @@ import ltlplan.live_phases
 from flight.link.live_executive import fly_live
 from flight.link.simulated import SimulatedLink
 from ltlplan.live_phases import stages
-from tests.helpers.patrols import patrol
+from tests.helpers.motion.patrols import patrol
 from verify import certify
 from verify.data import Infeasible, NotCertified
 

@@ -7,8 +7,8 @@ import pytest
 import ltlplan
 from tests.golden import mission_of
 from tests.helpers.few import few_of
-from tests.helpers.random_missions import random_mission
-from tests.helpers.shipped import GOLDEN_MISSIONS
+from tests.helpers.missions.random_missions import random_mission
+from tests.helpers.missions.shipped import GOLDEN_MISSIONS
 from verify.data import Mission
 
 COSTS = ({"length": 1.0}, {"time": 1.0}, {"length": 0.5, "time": 1.0, "effort": 0.3}, {"energy": 1.0})

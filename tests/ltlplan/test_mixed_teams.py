@@ -9,8 +9,8 @@ import ltlplan
 from flight.exports.crazyflies.crazyswarm import file_names
 from ltlplan.planner import make_plan
 from refine import refine
-from tests.helpers.flights import legs, plan_of
-from tests.helpers.kinds import mixed
+from tests.helpers.missions.kinds import mixed
+from tests.helpers.motion.flights import legs, plan_of
 from verify import certify, judge, recheck
 from verify.data import BadInput, DoesNotFit, NotCertified, Visit
 

@@ -13,8 +13,8 @@ from ltlplan.allocation import Allocation, Context
 from ltlplan.paths.k_best_words import exact as exact_by_paths
 from ltlplan.pipeline import certified_team
 from ltlplan.search.exact import exact
+from tests.helpers.missions.random_missions import random_mission
 from tests.helpers.packages import install
-from tests.helpers.random_missions import random_mission
 from tests.verify.test_run_folder import write_folder
 from verify.data import BadInput, Mission, NotCertified, Plan, mission_to_yaml, parse_mission
 from verify.data.files.mission_file import load_mission_file

@@ -11,7 +11,7 @@ import pytest
 import ltlplan
 import refine
 import verify
-from tests.helpers.solids import Holds, random_solid
+from tests.helpers.motion.solids import Holds, random_solid
 from verify.data import parse_mission
 
 

@@ -10,7 +10,7 @@ import pytest
 import ltlplan
 import verify
 from refine import refine
-from tests.helpers.rooms_by_hand import sampled
+from tests.helpers.missions.rooms_by_hand import sampled
 from verify.data import Mission, parse_mission
 
 PLACES = ((-2.3, -2.3, 1.0), (2.3, 2.3, 1.0), (-2.3, 2.3, 1.0))

@@ -15,7 +15,7 @@ import pytest
 
 from ltlplan import judge_flight
 from tests.helpers.few import few_of
-from tests.helpers.lost_ends import (
+from tests.helpers.live.lost_ends import (
     OURS,
     RATE,
     WHOLE,

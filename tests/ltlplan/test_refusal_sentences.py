@@ -7,8 +7,8 @@ import pytest
 import ltlplan
 from ltlplan.pipeline import certified_team
 from tests.helpers.few import few_of
-from tests.helpers.refused_missions import CASES, strangers
-from tests.helpers.room_teams import drawn
+from tests.helpers.missions.refused_missions import CASES, strangers
+from tests.helpers.missions.room_teams import drawn
 from verify.data import BadInput, Infeasible, LtlplanError, Mission, NotCertified, Unsatisfiable, parse_mission
 from verify.data.obstruction import Obstruction
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import ltlplan
-from tests.helpers.counted_halls import longest_alone
-from tests.helpers.room_bounds import RoomBounds
-from tests.helpers.room_figures import Figure, flown, measured
-from tests.helpers.room_teams import Box, Door, RoomTeam, drawn
+from tests.helpers.missions.counted_halls import longest_alone
+from tests.helpers.missions.room_bounds import RoomBounds
+from tests.helpers.missions.room_figures import Figure, flown, measured
+from tests.helpers.missions.room_teams import Box, Door, RoomTeam, drawn
 
 DURATION, COST = 1.3, 1.1
 """Shares of the bounds that are asked of medians."""

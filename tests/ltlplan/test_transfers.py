@@ -10,8 +10,8 @@ import pytest
 import ltlplan
 from ltlplan.pipeline import certified_team
 from ltlplan.transfers import LANDING, Transfer, to_ground, to_starts
-from tests.helpers.live_missions import pair
-from tests.helpers.stand_ins import rest_to_rest
+from tests.helpers.live.live_missions import pair
+from tests.helpers.motion.stand_ins import rest_to_rest
 from verify.data import BadInput, Trajectory
 
 COLUMN = "obstacles: {column: {center: [0.0, -0.5, 1.0], size: [0.2, 0.2, 2.0]}}"

@@ -13,8 +13,8 @@ import verify
 from ltlplan.report.views import views_html
 from refine import refine
 from tests.helpers.few import few_of
+from tests.helpers.missions.shipped import WORLD_MISSIONS
 from tests.helpers.pages import MOST_BYTES
-from tests.helpers.shipped import WORLD_MISSIONS
 from verify.data import Mission, Plan
 from verify.data.shapes.solid_parts import solid_parts
 

@@ -16,14 +16,14 @@ from typing import Any, NamedTuple
 import pytest
 
 from tests.helpers.bounded_work import TooLong, within
-from tests.helpers.flights import firefighting
-from tests.helpers.kernel_opinion import proofs
-from tests.helpers.kernel_words import kernel_statement, kernel_timeline
-from tests.helpers.proofs import tables
-from tests.helpers.random_counts import random_counting_formula
-from tests.helpers.random_teams import lap_timeline, random_formula, short_timeline
-from tests.helpers.small_flights import FLIGHTS, small_flight, spoiled
-from tests.helpers.timelines import mission
+from tests.helpers.kernel.kernel_opinion import proofs
+from tests.helpers.kernel.kernel_words import kernel_statement, kernel_timeline
+from tests.helpers.kernel.proofs import tables
+from tests.helpers.missions.random_teams import lap_timeline, random_formula, short_timeline
+from tests.helpers.motion.flights import firefighting
+from tests.helpers.motion.small_flights import FLIGHTS, small_flight, spoiled
+from tests.helpers.words.random_counts import random_counting_formula
+from tests.helpers.words.timelines import mission
 from tests.mutation.sites import Fault
 from tests.mutation.swapped import swapped
 from tests.verify.kernel.test_false_certificates import EDITS
@@ -159,7 +159,7 @@ WORD_TESTS = (
     "test_false_certificates:test_robots",
 )
 """And of those in `WORDS`."""
-HELPERS = ("tests.helpers.proofs", "tests.helpers.kernel_words")
+HELPERS = ("tests.helpers.kernel.proofs", "tests.helpers.kernel.kernel_words")
 """Helpers of those tests that use the kernel."""
 SECONDS = 4.0
 """Processor time that one case may take."""

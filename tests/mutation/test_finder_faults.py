@@ -13,12 +13,12 @@ from typing import Any, NamedTuple
 import pytest
 
 from tests.helpers.bounded_work import TooLong, within
-from tests.helpers.brute_force import Timed, outcomes
-from tests.helpers.kernel_words import kernel_statement, kernel_timeline
-from tests.helpers.proofs import checked, tables, untrue
-from tests.helpers.random_teams import random_formula, short_timeline
-from tests.helpers.small_flights import FLIGHTS, small_flight, spoiled
-from tests.helpers.timelines import mission
+from tests.helpers.kernel.kernel_words import kernel_statement, kernel_timeline
+from tests.helpers.kernel.proofs import checked, tables, untrue
+from tests.helpers.missions.random_teams import random_formula, short_timeline
+from tests.helpers.motion.small_flights import FLIGHTS, small_flight, spoiled
+from tests.helpers.words.brute_force import Timed, outcomes
+from tests.helpers.words.timelines import mission
 from tests.mutation.sites import Fault, draw
 from tests.mutation.swapped import swapped
 from verify import judge

@@ -10,7 +10,7 @@ import pytest
 import verify
 from refine import on_grid, refine
 from tests.helpers.few import few_of
-from tests.helpers.plans_by_hand import ball, patrol_plan, robot_plan, room, straight
+from tests.helpers.motion.plans_by_hand import ball, patrol_plan, robot_plan, room, straight
 from verify.data import BadInput, Infeasible, Plan, Visit, Waypoint
 from verify.data.plan import Role
 from verify.data.sections import Agent

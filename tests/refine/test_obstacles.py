@@ -13,9 +13,9 @@ from refine.corridor.planned import corridor_of, hovering_corridor
 from refine.corridor.relocation import moved_into_the_clear
 from refine.obstacles.solid_body import SolidBody, solid_bodies
 from tests.helpers.few import few_of
-from tests.helpers.plans_by_hand import robot_plan
-from tests.helpers.rooms_by_hand import MARGIN, Box, along, from_boxes, passage, sampled, walled
-from tests.helpers.solids import random_solid
+from tests.helpers.missions.rooms_by_hand import MARGIN, Box, along, from_boxes, passage, sampled, walled
+from tests.helpers.motion.plans_by_hand import robot_plan
+from tests.helpers.motion.solids import random_solid
 from verify.data import Infeasible, Plan, Visit, Waypoint, parse_mission
 from verify.data.shapes.obstacle import Obstacle
 

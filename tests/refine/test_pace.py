@@ -32,8 +32,8 @@ from refine.solvers import ipopt_engine
 from refine.spline.spline import Spline
 from refine.team_pauses import Resting
 from tests.helpers.few import few_of, given_few
-from tests.helpers.plans_by_hand import ball, fire_plan, patrol_plan, room, sequence_plan, straight
-from tests.helpers.random_missions import mission_of_many_kinds, random_mission
+from tests.helpers.missions.random_missions import mission_of_many_kinds, random_mission
+from tests.helpers.motion.plans_by_hand import ball, fire_plan, patrol_plan, room, sequence_plan, straight
 from verify.data import Infeasible, LtlplanError, Plan, Trajectory
 from verify.data.progress import silent
 from verify.data.sections import Agent, LegLimits, Limits

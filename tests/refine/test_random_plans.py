@@ -9,9 +9,9 @@ import pytest
 
 import verify
 from refine import refine
-from tests.helpers.easy_answers import easy_answer, faults, sampled
-from tests.helpers.plans_by_hand import ball, room, straight
-from tests.helpers.random_plans import random_plan
+from tests.helpers.motion.easy_answers import easy_answer, faults, sampled
+from tests.helpers.motion.plans_by_hand import ball, room, straight
+from tests.helpers.motion.random_plans import random_plan
 from verify.data import DoesNotFit, Infeasible, Plan, Witness
 from verify.data.sections import Agent
 

@@ -18,8 +18,8 @@ from refine.single_robot import time_optimised
 from refine.single_robot.task import Pace
 from refine.spline.spline import Spline
 from tests.helpers.few import few_of
-from tests.helpers.plans_by_hand import ball, fire_plan, patrol_plan, robot_plan, room, sequence_plan, straight
-from tests.helpers.random_missions import random_mission
+from tests.helpers.missions.random_missions import random_mission
+from tests.helpers.motion.plans_by_hand import ball, fire_plan, patrol_plan, robot_plan, room, sequence_plan, straight
 from verify.data import DoesNotFit, Infeasible, Mission, Plan, RobotPlan, Visit, Waypoint, Witness, Word
 from verify.data.plan import Precedence
 from verify.data.sections import Agent, Box, LegLimits, Limits, Spec

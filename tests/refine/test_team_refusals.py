@@ -9,7 +9,7 @@ from refine import refine
 from refine.coordination.departures import DepartureConflict, ScheduledPath, departures
 from refine.corridor.sampled_stays import violations
 from refine.spline.least_snap import minimum_snap
-from tests.helpers.plans_by_hand import ball, room, straight, through
+from tests.helpers.motion.plans_by_hand import ball, room, straight, through
 from verify.data import Infeasible, Plan
 from verify.data.sections import Agent
 from verify.data.shapes.region import Hoop, Region

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from hypothesis import strategies as st
 
-from tests.helpers.flights import small_mission
+from tests.helpers.motion.flights import small_mission
 from tests.strategies import finite_words
 from verify.certificate import CERTIFICATE_FORMAT, payload_digest
 from verify.data import Mission, Plan, Trajectory

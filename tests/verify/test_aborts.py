@@ -10,10 +10,10 @@ import pytest
 
 from flight.link.simulated_commander import Commander
 from flight.monitoring.alarm_response import braking_length
-from tests.helpers.braking import brakes, closest
-from tests.helpers.dense_motion import SampledFlight, body_rates, rotor_thrusts
 from tests.helpers.few import few_of
-from tests.helpers.stand_ins import hover, minimum_snap, rest_to_rest
+from tests.helpers.motion.braking import brakes, closest
+from tests.helpers.motion.dense_motion import SampledFlight, body_rates, rotor_thrusts
+from tests.helpers.motion.stand_ins import hover, minimum_snap, rest_to_rest
 from verify.aborts import judge_aborts
 from verify.claims.claim import told_apart
 from verify.data import BadInput, Mission, Trajectory, parse_mission

@@ -6,8 +6,8 @@ import pytest
 
 import verify
 from tests.helpers.few import few_of
-from tests.helpers.flights import REST_TO_REST, changed, firefighting, legs, plan_of, small_mission
-from tests.helpers.limited_quantities import LIMITS
+from tests.helpers.motion.flights import REST_TO_REST, changed, firefighting, legs, plan_of, small_mission
+from tests.helpers.motion.limited_quantities import LIMITS
 from verify import certify, judge
 from verify.data.errors import BadInput, NotCertified
 from verify.data.plan import Plan, Visit

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from ltlplan import judge_flight
 from tests.helpers.few import given_few
-from tests.helpers.flights import plan_of, small_mission
-from tests.helpers.recordings import claims, dense, refused
+from tests.helpers.live.recordings import claims, dense, refused
+from tests.helpers.motion.flights import plan_of, small_mission
 from verify import FlightReference, Samples, check_flight, load_reference
 from verify.data import BadInput, mission_to_yaml
 from verify.data.events import HoopMoves, NewFormula, ObstacleAppears, RobotJoins, RobotLeaves, events_to_json, load_events

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.helpers.flights import legs, plan_of, small_mission
+from tests.helpers.motion.flights import legs, plan_of, small_mission
 from verify import judge
 from verify.data import Mission, Trajectory, Visit
 from verify.data.sections import Action, Edge, Environment, Limits, Robot

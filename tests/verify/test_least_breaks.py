@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from tests.helpers.few import few_of
-from tests.helpers.flights import changed, legs, plan_of, quantised, small_mission
-from tests.helpers.limited_quantities import sampled
-from tests.helpers.witnesses import judged
+from tests.helpers.kernel.witnesses import judged
+from tests.helpers.motion.flights import changed, legs, plan_of, quantised, small_mission
+from tests.helpers.motion.limited_quantities import sampled
 from verify.data.mission import Mission
 from verify.data.plan import Plan, Visit
 from verify.data.trajectory import Trajectory

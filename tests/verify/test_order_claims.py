@@ -11,9 +11,9 @@ import pytest
 
 import ltlplan
 from tests.helpers.few import few_of
-from tests.helpers.flights import legs, plan_of, small_mission
-from tests.helpers.linearisations import broken
-from tests.helpers.worlds import world
+from tests.helpers.missions.worlds import world
+from tests.helpers.motion.flights import legs, plan_of, small_mission
+from tests.helpers.words.linearisations import broken
 from verify import certify, judge, recheck
 from verify.certificate import Certificate, payload_digest
 from verify.data import BadInput, LtlplanError, NotCertified, Plan, Trajectory, Word

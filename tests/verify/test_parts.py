@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import flight
-from tests.helpers.flights import legs, plan_of, small_mission
+from tests.helpers.motion.flights import legs, plan_of, small_mission
 from tests.verify.test_run_folder import write_folder
 from verify import Certificate, certify, judge, recheck
 from verify.certificate import payload_digest

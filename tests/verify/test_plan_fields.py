@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from tests.helpers.few import few_of
-from tests.helpers.flights import changed, legs, plan_of, small_mission
+from tests.helpers.motion.flights import changed, legs, plan_of, small_mission
 from tests.verify.test_run_folder import write_folder
 from verify import certify, judge, recheck
 from verify.certificate import payload_digest

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.helpers.few import few_of
-from tests.helpers.flights import firefighting, legs, plan_of, small_mission
+from tests.helpers.motion.flights import firefighting, legs, plan_of, small_mission
 from verify import certify, recheck
 from verify.certificate import payload_digest
 from verify.certificate_file import certificate_from_json

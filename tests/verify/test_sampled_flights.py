@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tests.helpers.flights import legs, plan_of, small_mission
-from tests.helpers.plain_team_words import Held, holds
-from tests.helpers.random_counts import random_counting_formula
-from tests.helpers.random_teams import random_formula
+from tests.helpers.missions.random_teams import random_formula
+from tests.helpers.motion.flights import legs, plan_of, small_mission
+from tests.helpers.words.plain_team_words import Held, holds
+from tests.helpers.words.random_counts import random_counting_formula
 from verify import judge
 from verify.data import Formula, Letter, Mission, Trajectory, parse_formula
 

@@ -10,9 +10,9 @@ import pytest
 
 import ltlplan
 from ltlplan.pipeline import certified_team
-from tests.helpers.flights import legs, plan_of, small_mission
+from tests.helpers.missions.worlds import world
+from tests.helpers.motion.flights import legs, plan_of, small_mission
 from tests.helpers.sentences import Flown, faults
-from tests.helpers.worlds import world
 from tests.verify.test_run_folder import write_folder
 from verify import judge, recheck
 from verify.data import LtlplanError, Mission, Plan, Trajectory, Visit, Word, parse_mission

@@ -14,7 +14,7 @@ from flight.model.disturbances import BatteryState, Wind
 from flight.model.reference import Reference, sample_reference
 from flight.model.timing import CONTROL_STEP, STEP, SUBSTEPS
 from tests.helpers.few import few_of
-from tests.helpers.stand_ins import hoop6
+from tests.helpers.motion.stand_ins import hoop6
 from verify.data import load_vehicle
 
 STEPS = (((0.3, 0.0, 0.0), 0.0), ((0.0, 0.2, 0.2), 0.0), ((0.0, 0.0, 0.0), 0.6))

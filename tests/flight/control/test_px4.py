@@ -23,7 +23,7 @@ from flight.model.attitude import from_euler
 from flight.model.timing import CONTROL_STEP, FRAME_STEPS, STEP, SUBSTEPS
 from flight.onboard_simulation.commanded import laws_of
 from flight.onboard_simulation.rotor_plant import RotorPlant
-from tests.helpers.flights import legs, plan_of, small_mission
+from tests.helpers.motion.flights import legs, plan_of, small_mission
 from verify import certify
 from verify.data import GRAVITY, BadInput, NotCertified, load_vehicle
 from verify.data.autopilot import Px4Gains, load_autopilot
@@ -283,7 +283,7 @@ def test_the_parameters_are_those_of_the_table_under_their_names():
 def test_a_link_refuses_gains_on_board_that_were_not_simulated(hall, monkeypatch, off, said):
     pytest.importorskip("pymavlink", reason="pymavlink is not installed")
     from flight.link import mavlink
-    from tests.helpers.px4_peer import Manner, Px4Peer, free_port
+    from tests.helpers.vehicles.px4_peer import Manner, Px4Peer, free_port
 
     monkeypatch.setattr(mavlink, "ANSWER", 0.3 if None in off.values() else 1.0)
     board = {name: value for name, value in {**px4_parameters(X500), **off}.items() if value is not None}
@@ -306,7 +306,7 @@ def test_a_link_refuses_gains_on_board_that_were_not_simulated(hall, monkeypatch
 @pytest.mark.slow  # a link is held to the same
 def test_an_exported_script_refuses_gains_on_board_that_were_not_simulated(hall, tmp_path):
     pytest.importorskip("pymavlink", reason="pymavlink is not installed")
-    from tests.helpers.px4_peer import Manner, Px4Peer, free_port
+    from tests.helpers.vehicles.px4_peer import Manner, Px4Peer, free_port
 
     _, team, cert, log = hall
     flight.export(team, cert, tmp_path, format="px4", flight=log)

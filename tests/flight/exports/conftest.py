@@ -9,9 +9,9 @@ import sys
 import pytest
 
 import flight
-from tests.helpers.crazyswarm_peer import Robot, World
-from tests.helpers.stand_ins import flight as made_flight
-from tests.helpers.stand_ins import stand_in
+from tests.helpers.motion.stand_ins import flight as made_flight
+from tests.helpers.motion.stand_ins import stand_in
+from tests.helpers.vehicles.crazyswarm_peer import Robot, World
 
 
 @pytest.fixture(scope="module")

@@ -10,9 +10,9 @@ import pytest
 import flight
 from flight.exports.braking import AtMost, braked, ends_in_flight
 from flight.exports.crazyflies.crazyflie import upload
-from tests.helpers.flights import legs, small_mission
-from tests.helpers.patrols import EAST, NORTH, circle, hermite, patrol
-from tests.helpers.trajectory_bytes import compressed_trajectory, poly4d_trajectory
+from tests.helpers.motion.flights import legs, small_mission
+from tests.helpers.motion.patrols import EAST, NORTH, circle, hermite, patrol
+from tests.helpers.vehicles.trajectory_bytes import compressed_trajectory, poly4d_trajectory
 from verify import certify
 from verify.data import Trajectory
 from verify.data.files.trajectory_csv import read_csv

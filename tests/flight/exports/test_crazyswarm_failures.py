@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 import flight
-from tests.helpers.crazyswarm_flights import ACCEPTED, BALL, all_off, interrupt, kept, on_the_ground, once
-from tests.helpers.crazyswarm_peer import Robot
 from tests.helpers.few import few_of
-from tests.helpers.flights import legs, plan_of, small_mission
+from tests.helpers.motion.flights import legs, plan_of, small_mission
+from tests.helpers.vehicles.crazyswarm_flights import ACCEPTED, BALL, all_off, interrupt, kept, on_the_ground, once
+from tests.helpers.vehicles.crazyswarm_peer import Robot
 from verify import certify
 from verify.data.plan import Visit
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import flight
-from tests.helpers.crazyswarm_simulator import BELIEVED, MASS, SimulatedRobot, SimulatedWorld
-from tests.helpers.flights import legs, plan_of, small_mission
+from tests.helpers.motion.flights import legs, plan_of, small_mission
+from tests.helpers.vehicles.crazyswarm_simulator import BELIEVED, MASS, SimulatedRobot, SimulatedWorld
 from verify import certify, check_flight, load_flight_log
 from verify.data.plan import Visit
 from verify.recordings.flight_reference import FlightReference

@@ -15,9 +15,9 @@ from flight.exports.crazyflies.compressed import compressed_bytes
 from flight.exports.crazyflies.crazyflie import write_entry
 from flight.exports.crazyflies.memory import MEMORY, Entry, poly4d_bytes, side_by_side
 from flight.exports.px4 import to_ned
-from tests.helpers.stand_ins import flight as made_flight
-from tests.helpers.stand_ins import hoop6, hover, rest_to_rest, stand_in
-from tests.helpers.trajectory_bytes import compressed_trajectory, poly4d_trajectory
+from tests.helpers.motion.stand_ins import flight as made_flight
+from tests.helpers.motion.stand_ins import hoop6, hover, rest_to_rest, stand_in
+from tests.helpers.vehicles.trajectory_bytes import compressed_trajectory, poly4d_trajectory
 from verify.data import BadInput, DoesNotFit, Trajectory
 from verify.data.files.trajectory_csv import read_csv
 

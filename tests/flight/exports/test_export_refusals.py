@@ -10,9 +10,9 @@ import pytest
 
 import flight
 from flight.exports.crazyflies.compressed import COMPRESSED, compressed_bytes
-from tests.helpers.stand_ins import Claim, hoop6, hover, rest_to_rest, stand_in
-from tests.helpers.stand_ins import flight as made_flight
-from tests.helpers.trajectory_bytes import compressed_trajectory
+from tests.helpers.motion.stand_ins import Claim, hoop6, hover, rest_to_rest, stand_in
+from tests.helpers.motion.stand_ins import flight as made_flight
+from tests.helpers.vehicles.trajectory_bytes import compressed_trajectory
 from verify.data import BadInput, DoesNotFit, NotCertified, Trajectory, load_vehicle
 
 

@@ -12,7 +12,7 @@ from flight import ExportTarget, Product, conditions_of
 from flight.exports.flown import WARNING
 from flight.exports.notes import readme
 from flight.exports.target import EXPORT_TARGETS, Request
-from tests.helpers.flights import legs, plan_of, small_mission
+from tests.helpers.motion.flights import legs, plan_of, small_mission
 from verify import certify
 from verify.data import NotCertified, load_vehicle
 from verify.data.airframe import load_airframe

@@ -9,8 +9,8 @@ import pytest
 
 import flight
 from flight.exports.crazyflies.compressed import COMPRESSED, compressed_bytes
-from tests.helpers.flights import legs, plan_of, small_mission
-from tests.helpers.trajectory_memory import Vehicle
+from tests.helpers.motion.flights import legs, plan_of, small_mission
+from tests.helpers.vehicles.trajectory_memory import Vehicle
 from verify import certify
 from verify.data import BadInput, DoesNotFit, Trajectory
 from verify.data.files.trajectory_csv import read_csv

@@ -15,9 +15,9 @@ import numpy as np
 import pytest
 
 import flight
-from tests.helpers.px4_peer import HOLD, LAND, OFFBOARD, POSITION, Manner, Px4Peer, free_port
-from tests.helpers.stand_ins import flight as made_flight
-from tests.helpers.stand_ins import rest_to_rest, stand_in
+from tests.helpers.motion.stand_ins import flight as made_flight
+from tests.helpers.motion.stand_ins import rest_to_rest, stand_in
+from tests.helpers.vehicles.px4_peer import HOLD, LAND, OFFBOARD, POSITION, Manner, Px4Peer, free_port
 
 pytest.importorskip("pymavlink", reason="pymavlink is not installed")
 

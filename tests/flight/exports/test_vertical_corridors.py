@@ -9,8 +9,8 @@ import pytest
 
 import flight
 from flight.exports.vertical_corridors import columns
-from tests.helpers.flights import legs, plan_of, small_mission
-from tests.helpers.solid_distances import distances
+from tests.helpers.motion.flights import legs, plan_of, small_mission
+from tests.helpers.motion.solid_distances import distances
 from verify import certify
 from verify.data import MissionError
 from verify.data.frame import Frame

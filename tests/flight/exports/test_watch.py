@@ -9,7 +9,7 @@ import pytest
 from flight.exports.scripts.flying.checks import Health, Pose
 from flight.exports.scripts.flying.watch import Refused, Team, Watch
 from flight.monitoring.thresholds import EMPTY, FRESH, SLOW, bounds
-from tests.helpers.flights import small_mission
+from tests.helpers.motion.flights import small_mission
 from verify.data.frame import Frame
 
 MISSION = small_mission(

@@ -18,8 +18,8 @@ from flight.identification.recorded import RATE, Recorded, even, read_recorded
 from flight.model.airframe import airframe_of
 from flight.rehearsal.corners import USUAL, fly_corners, intervals_of
 from ltlplan.cli import app
-from tests.helpers.identification_flights import Flown, flown_logs
-from tests.helpers.stand_ins import hop, stand_in
+from tests.helpers.motion.stand_ins import hop, stand_in
+from tests.helpers.vehicles.identification_flights import Flown, flown_logs
 from verify.data import BadInput, Vehicle, load_vehicle
 from verify.data.files.mission_file import parse_mission
 

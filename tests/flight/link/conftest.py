@@ -7,7 +7,9 @@ from flight.link.phases import Stage
 
 @pytest.fixture(scope="module")
 def flown() -> tuple[Stage, ...]:
-    from tests.helpers.crazyflie_stages import short_flight  # here: it is planned, which other links' tests do not need
+    from tests.helpers.vehicles.crazyflie_stages import (
+        short_flight,  # here: it is planned, which other links' tests do not need
+    )
 
     return short_flight()
 

@@ -15,14 +15,14 @@ pytest.importorskip("cflib", reason="cflib is not installed")
 
 from flight.link.crazyflie.link import CrazyflieLink
 from flight.link.crazyflie.memory import Memory
-from tests.helpers.crazyflie_firmware import Manner
-from tests.helpers.crazyflie_peer import in_the_air
-from tests.helpers.crazyflie_radio import crazyradio
-from tests.helpers.crazyflie_stages import GROUNDS, PLACES, UNCHECKED, stage
 from tests.helpers.few import few_of
-from tests.helpers.flights import legs
-from tests.helpers.live_stages import parts_stages, patrol_stages, places_of
-from tests.helpers.trajectory_bytes import compressed_trajectory
+from tests.helpers.live.live_stages import parts_stages, patrol_stages, places_of
+from tests.helpers.motion.flights import legs
+from tests.helpers.vehicles.crazyflie_firmware import Manner
+from tests.helpers.vehicles.crazyflie_peer import in_the_air
+from tests.helpers.vehicles.crazyflie_radio import crazyradio
+from tests.helpers.vehicles.crazyflie_stages import GROUNDS, PLACES, UNCHECKED, stage
+from tests.helpers.vehicles.trajectory_bytes import compressed_trajectory
 
 
 def test_parameters_are_set_and_read_back_and_health_is_reported(mission) -> None:

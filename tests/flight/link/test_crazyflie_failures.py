@@ -15,10 +15,10 @@ pytest.importorskip("cflib", reason="cflib is not installed")
 
 from flight.link.crazyflie.capture import Body
 from flight.link.crazyflie.link import CrazyflieLink
-from tests.helpers.crazyflie_firmware import Manner
-from tests.helpers.crazyflie_peer import Air, in_the_air
-from tests.helpers.crazyflie_stages import GROUNDS, PLACES, UNCHECKED, stage
-from tests.helpers.patience import UNSEEN, patient  # noqa: F401  # pytest finds the fixture by its name
+from tests.helpers.live.patience import UNSEEN, patient  # noqa: F401  # pytest finds the fixture by its name
+from tests.helpers.vehicles.crazyflie_firmware import Manner
+from tests.helpers.vehicles.crazyflie_peer import Air, in_the_air
+from tests.helpers.vehicles.crazyflie_stages import GROUNDS, PLACES, UNCHECKED, stage
 
 pytestmark = pytest.mark.slow
 

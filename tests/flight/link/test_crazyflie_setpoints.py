@@ -17,8 +17,8 @@ pytest.importorskip("cflib", reason="cflib is not installed")
 from cflib.crazyflie.commander import Commander
 
 from flight.link.crazyflie.setpoints import ROUNDING, full_state, require_near
-from tests.helpers.crazyflie_firmware import EBUSY, LANDS, Firmware
-from tests.helpers.crazyflie_setpoints import full_state as read
+from tests.helpers.vehicles.crazyflie_firmware import EBUSY, LANDS, Firmware
+from tests.helpers.vehicles.crazyflie_setpoints import full_state as read
 
 HALF = 0.5e-3
 FLATS = st.tuples(

@@ -15,11 +15,11 @@ pytest.importorskip("cflib", reason="cflib is not installed")
 from flight.link.crazyflie.setpoints import ROUNDING
 from flight.link.crazyflie.streamed import StreamedCrazyflies
 from flight.link.streaming import RATE
-from tests.helpers.crazyflie_firmware import Manner
-from tests.helpers.crazyflie_peer import Air, in_the_air
-from tests.helpers.crazyflie_radio import crazyradio
-from tests.helpers.crazyflie_stages import GROUNDS, PLACES, UNCHECKED
-from tests.helpers.patience import patient  # noqa: F401  # pytest finds the fixture by its name
+from tests.helpers.live.patience import patient  # noqa: F401  # pytest finds the fixture by its name
+from tests.helpers.vehicles.crazyflie_firmware import Manner
+from tests.helpers.vehicles.crazyflie_peer import Air, in_the_air
+from tests.helpers.vehicles.crazyflie_radio import crazyradio
+from tests.helpers.vehicles.crazyflie_stages import GROUNDS, PLACES, UNCHECKED
 
 ON_BOARD = {"controller": "mellinger"}
 

@@ -14,7 +14,7 @@ from flight.link.observed_link import Observation, ObservedLink
 from flight.link.phases import FLIGHT, Stage
 from flight.link.record import Record
 from flight.link.stop_orders import Level, StopOrders
-from tests.helpers.patience import patient  # noqa: F401  # pytest finds the fixture by its name
+from tests.helpers.live.patience import patient  # noqa: F401  # pytest finds the fixture by its name
 
 pytestmark = pytest.mark.slow
 
@@ -77,8 +77,8 @@ def test_crazyflies_hold_by_their_own_commander(mission, flown, kind: str) -> No
     pytest.importorskip("cflib", reason="cflib is not installed")
     from flight.link.crazyflie.link import CrazyflieLink
     from flight.link.crazyflie.streamed import StreamedCrazyflies
-    from tests.helpers.crazyflie_peer import in_the_air
-    from tests.helpers.crazyflie_stages import GROUNDS, PLACES
+    from tests.helpers.vehicles.crazyflie_peer import in_the_air
+    from tests.helpers.vehicles.crazyflie_stages import GROUNDS, PLACES
 
     made, on_board = (CrazyflieLink, {}) if kind == "on board" else (StreamedCrazyflies, {"controller": "mellinger"})
     with in_the_air(mission, PLACES, **on_board) as (air, addresses):
@@ -96,8 +96,8 @@ def test_px4_holds_in_its_own_mode() -> None:
     from flight.link.mavlink import MavlinkLink
     from ltlplan.live_phases import stages
     from ltlplan.pipeline import certified_team
-    from tests.helpers.live_missions import HOP
-    from tests.helpers.px4_peer import HOLD, LAND, Manner, Px4Peer, free_port
+    from tests.helpers.live.live_missions import HOP
+    from tests.helpers.vehicles.px4_peer import HOLD, LAND, Manner, Px4Peer, free_port
 
     mission = ltlplan.parse_mission(HOP)
     done = certified_team(ltlplan.plan(mission))

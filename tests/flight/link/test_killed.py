@@ -16,8 +16,8 @@ from pathlib import Path
 import pytest
 
 import ltlplan
-from tests.helpers.live_missions import HOP
-from tests.helpers.px4_peer import LAND, OFFBOARD, Manner, Px4Peer, free_port
+from tests.helpers.live.live_missions import HOP
+from tests.helpers.vehicles.px4_peer import LAND, OFFBOARD, Manner, Px4Peer, free_port
 
 pytest.importorskip("pymavlink", reason="pymavlink is not installed")
 

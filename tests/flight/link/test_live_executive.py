@@ -22,8 +22,8 @@ from ltlplan.commands.support.live_view import interrupts_land
 from ltlplan.live_phases import stages
 from ltlplan.pipeline import certified_team
 from tests.helpers.few import few_of
-from tests.helpers.live_failures import KINDS, Remembers, disturb, fault, on_the_ground, require_whole_logs
-from tests.helpers.live_missions import PAIR
+from tests.helpers.live.live_failures import KINDS, Remembers, disturb, fault, on_the_ground, require_whole_logs
+from tests.helpers.live.live_missions import PAIR
 from verify.data import BadInput
 
 PLACES = {"one": (1.05, -0.5, 0.02), "two": (-1.0, -0.55, 0.0)}

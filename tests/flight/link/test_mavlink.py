@@ -15,9 +15,9 @@ from flight.link.mavlink import MavlinkLink
 from flight.link.phases import Stage
 from ltlplan.live_phases import stages
 from ltlplan.pipeline import certified_team
-from tests.helpers.live_missions import HOP
-from tests.helpers.live_stages import laps_stages, patrol_stages, places_of
-from tests.helpers.px4_peer import ARM, HOLD, LAND, OFFBOARD, Manner, Px4Peer, free_port
+from tests.helpers.live.live_missions import HOP
+from tests.helpers.live.live_stages import laps_stages, patrol_stages, places_of
+from tests.helpers.vehicles.px4_peer import ARM, HOLD, LAND, OFFBOARD, Manner, Px4Peer, free_port
 from verify.data import BadInput
 
 pytest.importorskip("pymavlink", reason="pymavlink is not installed")

@@ -15,8 +15,8 @@ from flight.link.phases import Stage
 from flight.link.preflight_checks import at_start
 from flight.link.simulated import Faults, SimulatedLink
 from tests.helpers.few import few_of
-from tests.helpers.live_failures import KINDS, disturb, on_the_ground, require_whole_logs
-from tests.helpers.live_stages import laps_stages, parts_stages, patrol_stages, places_of
+from tests.helpers.live.live_failures import KINDS, disturb, on_the_ground, require_whole_logs
+from tests.helpers.live.live_stages import laps_stages, parts_stages, patrol_stages, places_of
 from verify import check_flight
 from verify.data import BadInput, NotCertified, Trajectory
 from verify.recordings.flight_log import Samples

@@ -9,7 +9,7 @@ from flight.link.live_executive import fly_live
 from flight.link.phases import Stage
 from flight.link.preflight_checks import at_start, proved_starts
 from flight.link.simulated import SimulatedLink
-from tests.helpers.flights import legs, plan_of, small_mission
+from tests.helpers.motion.flights import legs, plan_of, small_mission
 from verify import certify
 from verify.data.airframe import load_airframe
 from verify.data.disturbance import Disturbance

@@ -13,8 +13,8 @@ from collections.abc import Callable
 import pytest
 
 import ltlplan
-from tests.helpers.failed_flights import Ended, Tally, flown_side_by_side
-from tests.helpers.live_missions import WIDE_HOP
+from tests.helpers.live.failed_flights import Ended, Tally, flown_side_by_side
+from tests.helpers.live.live_missions import WIDE_HOP
 
 BLOCK = 20
 
@@ -33,7 +33,7 @@ def flown(fly: Callable[[int], Ended], block: int) -> Tally:
 @pytest.mark.parametrize("way", ["stored", "streamed"])
 def test_crazyflies(way: str, block: int) -> None:
     pytest.importorskip("cflib", reason="cflib is not installed")
-    from tests.helpers import failing_crazyflies
+    from tests.helpers.vehicles import failing_crazyflies
 
     tally = flown({"stored": failing_crazyflies.fly_stored, "streamed": failing_crazyflies.fly_streamed}[way], block)
     assert tally.outcomes["ended"] >= BLOCK / 4
@@ -42,7 +42,7 @@ def test_crazyflies(way: str, block: int) -> None:
 @pytest.mark.parametrize("block", range(10))
 def test_px4(block: int) -> None:
     pytest.importorskip("pymavlink", reason="pymavlink is not installed")
-    from tests.helpers.failing_px4 import fly_px4
+    from tests.helpers.vehicles.failing_px4 import fly_px4
 
     assert flown(fly_px4, block).outcomes["ended"] >= BLOCK / 4
 
@@ -58,7 +58,7 @@ def folder(tmp_path_factory) -> str:
 @pytest.mark.parametrize("block", range(3))
 def test_px4_flown_by_a_process_that_is_killed_frozen_or_interrupted(folder: str, block: int) -> None:
     pytest.importorskip("pymavlink", reason="pymavlink is not installed")
-    from tests.helpers.killed_px4 import fly_killed
+    from tests.helpers.vehicles.killed_px4 import fly_killed
 
     tally = flown(functools.partial(fly_killed, folder=folder), block)
     assert tally.outcomes["exit code -9"] >= 1

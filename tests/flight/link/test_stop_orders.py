@@ -16,8 +16,8 @@ from flight.link.stop_orders import Level, StopOrders
 from ltlplan.live_phases import stages
 from ltlplan.pipeline import certified_team
 from tests.helpers.few import few_of
-from tests.helpers.live_failures import on_the_ground
-from tests.helpers.live_missions import PAIR
+from tests.helpers.live.live_failures import on_the_ground
+from tests.helpers.live.live_missions import PAIR
 
 PLACES = {"one": (1.05, -0.5, 0.02), "two": (-1.0, -0.55, 0.0)}
 GROUNDS = {name: place[2] for name, place in PLACES.items()}

@@ -9,7 +9,7 @@ import pytest
 
 from flight.link.link import LinkLost
 from flight.link.streaming import LATE, RATE, SetpointStream
-from tests.helpers.flights import legs
+from tests.helpers.motion.flights import legs
 
 PATH = legs([[0.0, 0.0, 1.0], [2.0, 0.0, 1.0]])
 

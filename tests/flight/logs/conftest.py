@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 import flight
-from tests.helpers.stand_ins import flight as made_flight
-from tests.helpers.stand_ins import stand_in
+from tests.helpers.motion.stand_ins import flight as made_flight
+from tests.helpers.motion.stand_ins import stand_in
 
 
 @pytest.fixture(scope="module")

@@ -11,9 +11,9 @@ import pytest
 import flight
 from flight import RecordingOptions
 from ltlplan import judge_flight
-from tests.helpers import foreign_logs
 from tests.helpers.few import few_of
-from tests.helpers.flights import small_mission
+from tests.helpers.live import foreign_logs
+from tests.helpers.motion.flights import small_mission
 from verify.data import BadInput, mission_to_yaml
 
 TIMES = np.arange(0, 201) * 0.01

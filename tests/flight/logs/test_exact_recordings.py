@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import flight
 from tests.helpers.few import given_few
-from tests.helpers.flights import small_mission
+from tests.helpers.motion.flights import small_mission
 from verify import check_recording, check_samples
 from verify.data import BadInput
 from verify.data.storage.tables import counted, decimal, rounding, since

@@ -10,8 +10,8 @@ import pytest
 
 import flight
 from flight import RecordingOptions
-from tests.helpers import foreign_logs
 from tests.helpers.few import few_of
+from tests.helpers.live import foreign_logs
 from verify.data import BadInput
 
 TIMES = np.arange(0, 200) * 0.01

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import flight
-from tests.helpers.stand_ins import changed_log, rest_to_rest, stand_in
-from tests.helpers.stand_ins import flight as made_flight
+from tests.helpers.motion.stand_ins import changed_log, rest_to_rest, stand_in
+from tests.helpers.motion.stand_ins import flight as made_flight
 from verify.data import BadInput, Plan, Trajectory
 from verify.recordings.flight_log import LOG_COLUMNS
 

@@ -8,7 +8,7 @@ import pytest
 import flight
 from flight.logs.tables import log_from_csv
 from tests.helpers.few import few_of
-from tests.helpers.stand_ins import changed_log
+from tests.helpers.motion.stand_ins import changed_log
 from verify.data import BadInput, NotCertified
 from verify.recordings.flight_log import LOG_COLUMNS
 

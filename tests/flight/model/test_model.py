@@ -35,7 +35,7 @@ from flight.model.dynamics import (
 )
 from flight.model.paper import PAPER_STATES, paper_derivative, paper_step
 from tests.helpers.few import few_of
-from tests.helpers.stand_ins import hoop6
+from tests.helpers.motion.stand_ins import hoop6
 from verify.data import GRAVITY, load_vehicle
 
 RNG = np.random.default_rng(8)

@@ -7,7 +7,7 @@ import pytest
 
 import flight
 from flight.model.sensing import CLIP, Kalman, MotionCapture
-from tests.helpers.stand_ins import flight as made_flight
+from tests.helpers.motion.stand_ins import flight as made_flight
 from verify.data import BadInput
 
 

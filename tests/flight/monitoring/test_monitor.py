@@ -18,9 +18,9 @@ from flight.monitoring.letters import PlannedAction, certified_actions, planned_
 from flight.monitoring.monitor import Monitor
 from flight.monitoring.tube import Tube, relative_acceleration
 from tests.helpers.few import given_few
-from tests.helpers.flights import legs, small_mission
-from tests.helpers.stand_ins import flight as made_flight
-from tests.helpers.stand_ins import mission, rest_to_rest, stand_in
+from tests.helpers.motion.flights import legs, small_mission
+from tests.helpers.motion.stand_ins import flight as made_flight
+from tests.helpers.motion.stand_ins import mission, rest_to_rest, stand_in
 from verify.data import BadInput, Trajectory, load_vehicle, parse_formula
 from verify.data.language.counting import written_out
 from verify.data.sections import Spec

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.helpers.firmware_flights import FIRMWARE, flown_here
+from tests.helpers.vehicles.firmware_flights import FIRMWARE, flown_here
 
 
 @pytest.mark.slow

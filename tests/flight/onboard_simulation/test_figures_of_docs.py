@@ -16,7 +16,7 @@ import flight
 import ltlplan
 from flight.model.airframe import airframes_of
 from ltlplan.missions import shipped_missions
-from tests.helpers.firmware_flights import FIRMWARE, flown_here
+from tests.helpers.vehicles.firmware_flights import FIRMWARE, flown_here
 
 PAGE = (Path(__file__).parents[3] / "docs" / "on-board.md").read_text(encoding="utf-8")
 SHARE, LEAST = 0.1, 2.0

@@ -20,7 +20,7 @@ from flight.model.timing import CONTROL_STEP, FRAME_STEPS, STEP, SUBSTEPS
 from flight.onboard_simulation.commanded import laws_of
 from flight.onboard_simulation.rotor_plant import RotorPlant
 from tests.helpers.few import few_of
-from tests.helpers.stand_ins import hop, mission, rest_to_rest
+from tests.helpers.motion.stand_ins import hop, mission, rest_to_rest
 from verify.data import BadInput, load_vehicle, shipped_vehicles
 from verify.data.airframe import load_airframe
 from verify.data.autopilot import MellingerGains, load_autopilot, shipped_autopilots

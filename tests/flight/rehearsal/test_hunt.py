@@ -11,7 +11,7 @@ import flight
 from flight.model.airframe import airframe_of
 from flight.model.timing import CONTROL_STEP
 from flight.rehearsal.hunt import gain_of, hunt, response, wind_towards
-from tests.helpers.stand_ins import hop, rest_to_rest, stand_in
+from tests.helpers.motion.stand_ins import hop, rest_to_rest, stand_in
 from verify.data import BadInput, load_vehicle
 
 

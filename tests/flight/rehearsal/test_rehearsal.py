@@ -10,8 +10,8 @@ import flight
 from flight import Combinations, MotionCapture
 from flight.model.airframe import airframe_of
 from ltlplan.report.rehearsal import rehearsal_html
-from tests.helpers.flights import legs, plan_of, small_mission
-from tests.helpers.stand_ins import hop, rest_to_rest, stand_in
+from tests.helpers.motion.flights import legs, plan_of, small_mission
+from tests.helpers.motion.stand_ins import hop, rest_to_rest, stand_in
 from verify import certify
 from verify.data import BadInput, Visit, load_vehicle
 

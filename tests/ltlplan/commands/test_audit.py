@@ -9,7 +9,7 @@ from typer import Typer
 from typer.testing import CliRunner
 
 from ltlplan.commands import audit
-from tests.helpers.fleets import csv_text
+from tests.helpers.motion.fleets import csv_text
 
 app = Typer()
 app.command("audit")(audit.command)

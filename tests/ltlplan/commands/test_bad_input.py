@@ -11,7 +11,7 @@ import pytest
 from ltlplan import __version__
 from tests.helpers.commands import Command
 from tests.helpers.few import few_of
-from tests.helpers.flights import legs, plan_of, small_mission
+from tests.helpers.motion.flights import legs, plan_of, small_mission
 from tests.verify.data.files.test_mission_file import GOOD
 from tests.verify.test_run_folder import write_folder
 from verify import certify

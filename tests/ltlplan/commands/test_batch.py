@@ -12,10 +12,10 @@ from pathlib import Path
 
 import pytest
 
-from tests.helpers.clusters import ROOT, LocalCluster, local_cluster
 from tests.helpers.commands import Command
 from tests.helpers.few import few_of
-from tests.helpers.flights import small_mission
+from tests.helpers.motion.flights import small_mission
+from tests.helpers.serving.clusters import ROOT, LocalCluster, local_cluster
 from verify.data import mission_to_yaml
 
 

@@ -8,8 +8,8 @@ import pytest
 import verify
 from ltlplan.output import write_plan_files, write_trajectories
 from tests.helpers.commands import Command
-from tests.helpers.flights import plan_of, small_mission
-from tests.helpers.stand_ins import hover, rest_to_rest
+from tests.helpers.motion.flights import plan_of, small_mission
+from tests.helpers.motion.stand_ins import hover, rest_to_rest
 from verify.data import NotCertified, Plan, Trajectory
 
 MARGIN = 0.02

@@ -44,7 +44,7 @@ def run(tmp_path_factory) -> Path:
 
 
 def started(run: Path, out: Path) -> subprocess.Popen[str]:
-    command = [sys.executable, "-m", "tests.helpers.crazyflie_process", str(run), str(out)]
+    command = [sys.executable, "-m", "tests.helpers.vehicles.crazyflie_process", str(run), str(out)]
     return subprocess.Popen(command, cwd=ROOT, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
 
 

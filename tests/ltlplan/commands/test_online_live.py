@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from tests.helpers.few import few_of
-from tests.helpers.live_missions import PAIR
+from tests.helpers.live.live_missions import PAIR
 from tests.ltlplan.commands.test_interruptions import heed_interrupts
 
 ROOT = Path(__file__).parents[3]
@@ -107,7 +107,14 @@ def told_online(folder, *more):
     """Begin a flight of simulated Crazyflies, whose masses are the inventory's, and return it once it flies."""
     pytest.importorskip("cflib", reason="cflib is not installed")
     (folder / "pair.yaml").write_text(PAIR)
-    command = [sys.executable, "-m", "tests.helpers.crazyflie_process", str(folder / "pair.yaml"), str(folder / "out"), *more]
+    command = [
+        sys.executable,
+        "-m",
+        "tests.helpers.vehicles.crazyflie_process",
+        str(folder / "pair.yaml"),
+        str(folder / "out"),
+        *more,
+    ]
     process = subprocess.Popen(
         command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, preexec_fn=heed_interrupts
     )

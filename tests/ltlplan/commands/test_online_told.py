@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from ltlplan import Client
-from tests.helpers.ros_peer import here, publishing
-from tests.helpers.services import start
+from tests.helpers.serving.services import start
+from tests.helpers.vehicles.ros_peer import here, publishing
 
 ROOT = Path(__file__).parents[3]
 DOMAIN = 88

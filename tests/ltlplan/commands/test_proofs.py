@@ -12,8 +12,8 @@ from typer.testing import CliRunner
 from flight.storage.single_files import replace_listed
 from ltlplan.cli import app
 from tests.helpers.few import few_of
-from tests.helpers.flights import legs, plan_of, small_mission
-from tests.helpers.recordings import gates
+from tests.helpers.live.recordings import gates
+from tests.helpers.motion.flights import legs, plan_of, small_mission
 from tests.verify.test_run_folder import write_folder
 from verify import certify, recheck
 from verify.certificate import Certificate

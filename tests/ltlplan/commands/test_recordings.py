@@ -10,9 +10,9 @@ import pytest
 from typer.testing import CliRunner
 
 from ltlplan.cli import app
-from tests.helpers import foreign_logs
 from tests.helpers.few import few_of
-from tests.helpers.recordings import gates
+from tests.helpers.live import foreign_logs
+from tests.helpers.live.recordings import gates
 from tests.ltlplan.commands.test_proofs import write_folder
 from verify.data import BadInput
 

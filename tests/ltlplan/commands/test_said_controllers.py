@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ltlplan
 from ltlplan.commands.support.links import controllers_said
-from tests.helpers.live_missions import HOP
+from tests.helpers.live.live_missions import HOP
 from verify.data.airframe import load_airframe
 from verify.data.disturbance import Disturbance
 

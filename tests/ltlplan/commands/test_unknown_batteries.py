@@ -4,7 +4,7 @@ import pytest
 
 import ltlplan
 from ltlplan.commands.support.links import Asked, require_batteries
-from tests.helpers.live_missions import pair
+from tests.helpers.live.live_missions import pair
 from verify.data import BadInput
 
 MISSION = pair("[-1.0, 0.4, 1.0]", "[1.0, 0.4, 1.0]")

@@ -9,7 +9,7 @@ import ltlplan
 from ltlplan.free_space.free_space import FreeSpace
 from ltlplan.search.relevant_places import places_that_matter
 from ltlplan.systems.region_labels import Layout
-from tests.helpers.walled_rooms import box, shelves, two_rooms
+from tests.helpers.missions.walled_rooms import box, shelves, two_rooms
 
 
 @pytest.mark.slow

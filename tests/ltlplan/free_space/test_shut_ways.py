@@ -10,9 +10,9 @@ import pytest
 import ltlplan
 from ltlplan.free_space.bottlenecks import Gap, Shut, TooNear, what_shuts
 from ltlplan.free_space.free_space import FreeSpace
-from tests.helpers.box_worlds import Boxes, grid_length
 from tests.helpers.few import few_of
-from tests.helpers.walled_rooms import box, two_rooms
+from tests.helpers.missions.walled_rooms import box, two_rooms
+from tests.helpers.motion.box_worlds import Boxes, grid_length
 from verify.data import BadInput
 from verify.data.shapes.obstacle import Obstacle
 

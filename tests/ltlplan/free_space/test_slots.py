@@ -9,7 +9,7 @@ import ltlplan
 import verify
 from refine import refine
 from tests.helpers.few import few_of
-from tests.helpers.slotted_rooms import MARGIN, NEED, START, Slotted
+from tests.helpers.missions.slotted_rooms import MARGIN, NEED, START, Slotted
 from verify.data import Infeasible, Mission, RobotPlan
 
 STEP = 0.03

@@ -16,7 +16,7 @@ from ltlplan.paths.hoops.keep_out import room
 from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
 from ltlplan.search.exact import assign
 from ltlplan.systems.region_graph import RegionGraph
-from tests.helpers.walled_rooms import box, two_rooms
+from tests.helpers.missions.walled_rooms import box, two_rooms
 from verify.data import Mission, RobotPlan, Visit
 from verify.data.shapes.solid_parts import solid_parts
 

@@ -8,7 +8,7 @@ from ltlplan.logic.automaton import DEAD, Automaton
 from ltlplan.logic.conjunction import Conjunction
 from ltlplan.logic.decomposition import decomposes, decomposition_set
 from ltlplan.logic.translation import translate
-from tests.helpers.actions import actions_of_words
+from tests.helpers.words.actions import actions_of_words
 from tests.strategies import formulas
 from verify.data import BadInput, Formula
 

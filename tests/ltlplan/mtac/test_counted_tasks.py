@@ -12,8 +12,8 @@ from ltlplan.search.counting.planning import CourseSearch
 from ltlplan.search.counting.symmetry_classes import CountedTeam, Rooms, TeamClasses
 from ltlplan.search.exact import assign
 from ltlplan.systems.robot_systems import Systems
-from tests.helpers.random_counts import random_counting_formula
-from tests.helpers.worlds import world
+from tests.helpers.missions.worlds import world
+from tests.helpers.words.random_counts import random_counting_formula
 from verify.data import BadInput, Unsatisfiable
 from verify.data.language.counting import atoms
 from verify.trace_checking.planned_order import check_planned_order

@@ -13,8 +13,8 @@ from ltlplan.logic.translation import translate
 from ltlplan.mtac.agent_moves import World
 from ltlplan.mtac.decomposable_task import Reader
 from ltlplan.online_mtac.possible_states import at_start
-from tests.helpers.actions import actions_of_words
 from tests.helpers.few import given_few
+from tests.helpers.words.actions import actions_of_words
 from tests.ltlplan.mtac.test_offline import ROW, small
 from tests.strategies import formulas
 from verify.data import Formula

@@ -13,7 +13,7 @@ from ltlplan.mtac.optimality_gap import best_known, straight_cost
 from ltlplan.planner import make_plan
 from ltlplan.search.exact import assign
 from tests.helpers.few import few_of
-from tests.helpers.random_missions import MANY_TASKS, mission_of_many_tasks
+from tests.helpers.missions.random_missions import MANY_TASKS, mission_of_many_tasks
 from verify import check_team
 from verify.data import parse_mission
 

@@ -18,7 +18,7 @@ from ltlplan.mtac.optimality_gap import straight_cost, straight_line_costs
 from ltlplan.planner import make_plan
 from ltlplan.search.exact import assign
 from tests.helpers.few import few_of
-from tests.helpers.random_missions import random_mission
+from tests.helpers.missions.random_missions import random_mission
 from verify import check_team
 from verify.data import BadInput, Mission, Unsatisfiable, parse_mission
 

@@ -14,7 +14,7 @@ from ltlplan.pipeline import certified_team, plan
 from ltlplan.search.exact import assign
 from ltlplan.systems.robot_systems import Systems
 from tests.helpers.few import few_of
-from tests.helpers.overlaps import CASES, NEST, PAIR, THREE, holds_when_sampled, mission_of, overlapping, sampled_word
+from tests.helpers.missions.overlaps import CASES, NEST, PAIR, THREE, holds_when_sampled, mission_of, overlapping, sampled_word
 from verify import check_team
 from verify.data import BadInput, Unsatisfiable
 

@@ -5,8 +5,8 @@ import pytest
 
 from ltlplan.online.simulated_online_flight import fly_online
 from tests.helpers.few import few_of
-from tests.helpers.overlaps import NEST, PAIR, THREE, Ball, mission_of, overlapping
-from tests.helpers.spot_reading import spot_accepts
+from tests.helpers.missions.overlaps import NEST, PAIR, THREE, Ball, mission_of, overlapping
+from tests.helpers.words.spot_reading import spot_accepts
 from tests.ltlplan.online_mtac.test_online_team import Flight
 from verify.data import Word
 from verify.data.events import NewFormula, RobotJoins

@@ -11,8 +11,8 @@ from ltlplan.online.segments.braking import Stop, come_to_rest
 from ltlplan.online.simulated_online_flight import fly_online
 from ltlplan.systems.region_labels import Layout
 from refine import refine
-from tests.helpers.rooms_by_hand import MARGIN, Box, along, from_boxes, sampled, walled
-from tests.helpers.solids import random_solid
+from tests.helpers.missions.rooms_by_hand import MARGIN, Box, along, from_boxes, sampled, walled
+from tests.helpers.motion.solids import random_solid
 from verify.data import parse_mission
 from verify.data.events import NewFormula
 from verify.data.shapes.region import Region

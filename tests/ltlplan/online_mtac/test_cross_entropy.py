@@ -9,7 +9,7 @@ import pytest
 from ltlplan.online_mtac import cross_entropy as online
 from ltlplan.online_mtac.cross_entropy import OnlineSettings
 from tests.helpers.few import few_of
-from tests.helpers.online_cross_entropy import beta, tell
+from tests.helpers.words.online_cross_entropy import beta, tell
 from verify.data import BadInput
 
 CALM = OnlineSettings(weight=0.0)

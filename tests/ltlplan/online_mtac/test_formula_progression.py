@@ -10,8 +10,8 @@ from ltlplan.mtac.agent_moves import World
 from ltlplan.mtac.decomposable_task import Reader
 from ltlplan.online_mtac.formula_progression import formula_left, progressed
 from tests.helpers.few import few_of
-from tests.helpers.plain_team_words import holds
-from tests.helpers.random_counts import random_counting_formula
+from tests.helpers.words.plain_team_words import holds
+from tests.helpers.words.random_counts import random_counting_formula
 from tests.ltlplan.mtac.test_offline import small
 from verify import check_word
 from verify.data import parse_formula

@@ -14,7 +14,7 @@ from ltlplan.online_mtac.online_team import OnlineTeam
 from ltlplan.online_mtac.team_in_flight import PERIOD
 from ltlplan.search.exact import assign
 from tests.helpers.few import few_of
-from tests.helpers.random_missions import random_mission
+from tests.helpers.missions.random_missions import random_mission
 from verify import check_team
 from verify.data import BadInput, Mission, Unsatisfiable, parse_mission
 from verify.data.events import HoopMoves, NewFormula, RobotJoins, RobotLeaves, changed

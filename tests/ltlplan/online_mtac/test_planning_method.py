@@ -11,7 +11,7 @@ from ltlplan.online_mtac.team_in_flight import PERIOD
 from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
 from ltlplan.planner import make_plan
 from tests.conftest import Once
-from tests.helpers.random_missions import random_mission
+from tests.helpers.missions.random_missions import random_mission
 from verify import check_team
 from verify.data import BadInput, Mission, Plan, Unsatisfiable
 from verify.data.sections import Planner

@@ -16,8 +16,8 @@ from ltlplan.systems.touching_points import is_large, touching_points
 from refine import refine
 from refine.single_robot.task import Pace
 from tests.helpers.few import few_of
-from tests.helpers.rooms_and_rests import fields_or_spots
-from tests.helpers.worlds import world
+from tests.helpers.missions.rooms_and_rests import fields_or_spots
+from tests.helpers.missions.worlds import world
 from verify import judge
 from verify.data import Mission, mission_to_yaml, parse_mission
 from verify.data.progress import silent

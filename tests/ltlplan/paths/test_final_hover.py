@@ -19,7 +19,7 @@ from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
 from ltlplan.pipeline import certified_team
 from ltlplan.report.pictures import pictures_html
 from tests.helpers.few import few_of
-from tests.helpers.random_missions import random_mission
+from tests.helpers.missions.random_missions import random_mission
 from verify import check_word, recheck
 from verify.data import Infeasible, Mission, Visit, mission_to_yaml
 from verify.data.mission import check_mission

@@ -21,8 +21,8 @@ from ltlplan.report.summary import plan_lines
 from ltlplan.search.exact import assign
 from ltlplan.systems.objective import objective_text
 from ltlplan.systems.visit_words import word_of
+from tests.helpers.missions.worlds import world
 from tests.helpers.packages import install
-from tests.helpers.worlds import world
 from verify.data import Mission, Visit, parse_mission
 
 TERMS = """

@@ -10,8 +10,8 @@ from ltlplan.search.exact import assign
 from refine import refine
 from refine.single_robot.task import Pace
 from tests.helpers.few import few_of
-from tests.helpers.rooms_and_rests import keeping_out
-from tests.helpers.worlds import world
+from tests.helpers.missions.rooms_and_rests import keeping_out
+from tests.helpers.missions.worlds import world
 from verify import judge
 from verify.data.language.lasting import lasting_regions
 

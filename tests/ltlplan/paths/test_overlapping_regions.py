@@ -4,7 +4,7 @@ from ltlplan.paths.hoops import route_itinerary
 from ltlplan.pipeline import certified_team, plan
 from ltlplan.search.exact import assign
 from tests.helpers.few import few_of
-from tests.helpers.overlaps import CASES, NEST, holds_when_sampled, mission_of, overlapping, sampled_word
+from tests.helpers.missions.overlaps import CASES, NEST, holds_when_sampled, mission_of, overlapping, sampled_word
 
 
 @few_of(2, "case", CASES)

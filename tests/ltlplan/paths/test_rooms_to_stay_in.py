@@ -15,7 +15,7 @@ from ltlplan.search.exact import assign
 from refine import refine
 from refine.single_robot.task import Pace
 from tests.helpers.few import few_of
-from tests.helpers.rooms_and_rests import room_with_a_corner
+from tests.helpers.missions.rooms_and_rests import room_with_a_corner
 from verify import judge
 from verify.data import LtlplanError, parse_mission
 

@@ -9,7 +9,7 @@ import pytest
 
 from ltlplan.paths.improvement import without_swings
 from tests.helpers.few import few_of
-from tests.helpers.rooms_and_rests import shared_machine
+from tests.helpers.missions.rooms_and_rests import shared_machine
 from verify.data import RobotPlan, Visit, Waypoint, Word
 from verify.data.plan import Role
 from verify.data.shapes.inequalities import Point

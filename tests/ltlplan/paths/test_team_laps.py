@@ -9,7 +9,7 @@ import pytest
 
 from ltlplan import plan
 from ltlplan.pipeline import certified_team
-from tests.helpers.worlds import world
+from tests.helpers.missions.worlds import world
 from verify.data import Mission, RobotPlan
 
 FORMULA = "G F a & G F b & G F c"

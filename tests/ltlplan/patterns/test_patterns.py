@@ -14,9 +14,9 @@ from ltlplan.logic.conjunction import conjuncts
 from ltlplan.pipeline import certified_team
 from ltlplan.search.exact import assign
 from tests.helpers.few import few_of
-from tests.helpers.patterns import cases, patterns
-from tests.helpers.plain_team_words import Held, holds
-from tests.helpers.spot_reading import spot_accepts
+from tests.helpers.missions.patterns import cases, patterns
+from tests.helpers.words.plain_team_words import Held, holds
+from tests.helpers.words.spot_reading import spot_accepts
 from verify.data import Formula, Letter, Mission, Word
 from verify.data.plan import Precedence
 

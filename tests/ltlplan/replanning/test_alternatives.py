@@ -6,7 +6,7 @@ import ltlplan
 from ltlplan.replanning.alternatives import candidates
 from ltlplan.replanning.cuts import Candidate, Conflict, Flight, digest
 from ltlplan.service.execution.serialization import from_bytes, to_bytes
-from tests.helpers.worlds import world
+from tests.helpers.missions.worlds import world
 from verify.data import Infeasible, Witness
 
 MET = Conflict(Infeasible("They meet.", Witness(claim="separation", sentence="They meet.", robot="quad0", other="quad1")))

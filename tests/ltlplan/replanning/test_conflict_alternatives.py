@@ -9,7 +9,7 @@ from ltlplan.pipeline import certified_team
 from ltlplan.replanning.conflict_alternatives import fewer_in_a_region, no_other_words, without_a_leg_in_conflict
 from ltlplan.replanning.cuts import Candidate, Conflict
 from ltlplan.replanning.refusal import Refusal
-from tests.helpers.worlds import world
+from tests.helpers.missions.worlds import world
 from verify.data import Infeasible, Mission, Plan, Witness
 
 PARKED = "G(count(home) <= 1) & each(F home) & F all(!free)"

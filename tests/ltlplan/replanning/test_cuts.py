@@ -7,7 +7,7 @@ from functools import cache
 import ltlplan
 from ltlplan.replanning.cuts import MAX_ROUNDS, Candidate, Cut, CutKind, digest
 from ltlplan.service.execution.serialization import from_bytes, to_bytes
-from tests.helpers.worlds import world
+from tests.helpers.missions.worlds import world
 from verify.data import Plan, Witness
 
 FORMULA, LIMIT = (Witness(claim=claim, sentence=claim, robot="quad0") for claim in ("formula", "limits.speed"))

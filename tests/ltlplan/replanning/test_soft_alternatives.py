@@ -9,7 +9,7 @@ from ltlplan.allocation import PlanningMethod
 from ltlplan.pipeline import certified_team
 from ltlplan.replanning.checked_plan import legs_of
 from ltlplan.replanning.soft_alternatives import asked_again, words_without
-from tests.helpers.worlds import PLACES, world
+from tests.helpers.missions.worlds import PLACES, world
 from verify.data import Mission, Plan
 from verify.data.witness import Witness
 

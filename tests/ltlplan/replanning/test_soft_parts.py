@@ -19,8 +19,8 @@ from ltlplan.reproduction.published_missions import loads
 from ltlplan.search.exact import assign
 from ltlplan.search.explanations.unsatisfiable_cores import NoPlan
 from tests.helpers.few import few_of
-from tests.helpers.own_places import own_places
-from tests.helpers.worlds import world
+from tests.helpers.missions.own_places import own_places
+from tests.helpers.missions.worlds import world
 from verify.data import BadInput, Mission, NotCertified, Unsatisfiable, mission_to_yaml, parse_mission
 from verify.run_folder import recheck
 

@@ -14,7 +14,7 @@ from flight.monitoring.monitor import Monitor
 from flight.monitoring.timed_state import TimedState, both
 from ltlplan.pipeline import Certified, certified_team
 from tests.helpers.few import few_of
-from tests.helpers.timed_rooms import room
+from tests.helpers.missions.timed_rooms import room
 from verify.checked_claims import checked_certificate
 from verify.data import BadInput, DoesNotFit, Mission, parse_formula
 from verify.data.plan import plan_from_json

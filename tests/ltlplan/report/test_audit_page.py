@@ -9,7 +9,7 @@ import pytest
 
 import verify
 from ltlplan.report.audit_report.audit_page import MOST_PICTURES, audit_html
-from tests.helpers.fleets import sampled, show_of, trajectory_of, wandering, write_show
+from tests.helpers.motion.fleets import sampled, show_of, trajectory_of, wandering, write_show
 from tests.helpers.pages import MOST_BYTES, data_of
 
 CROSSING = trajectory_of([[0, [0, 0, 1]], [4, [8, 0, 1]]])

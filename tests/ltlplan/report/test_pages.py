@@ -25,8 +25,8 @@ from ltlplan.report.inline import packed, script_data, stepped
 from ltlplan.report.over_time import Line, over_time, stacked
 from ltlplan.report.pictures import pictures_html
 from ltlplan.report.run_page import report_html
+from tests.helpers.missions.shipped import PAPER_MISSIONS, WORLD_MISSIONS
 from tests.helpers.pages import MOST_BYTES, bars_of, carried, data_of, read_rows
-from tests.helpers.shipped import PAPER_MISSIONS, WORLD_MISSIONS
 
 
 def size(page: str) -> int:

@@ -14,7 +14,7 @@ from ltlplan.report.history.letters import LetterInterval
 from ltlplan.report.history.to_do import still_to_do
 from ltlplan.report.replay import replay_of
 from ltlplan.systems.due_visits import due_visits
-from tests.helpers.timed_rooms import room
+from tests.helpers.missions.timed_rooms import room
 from verify.data import parse_formula
 
 

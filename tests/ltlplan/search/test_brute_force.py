@@ -17,11 +17,11 @@ from ltlplan.allocation import Allocation
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.search.exact import assign
 from ltlplan.search.explanations.unsatisfiable_cores import NoPlan
-from tests.helpers.brute_force import Event, Held, Together, Vectors, for_ever, outcomes
-from tests.helpers.brute_plans import Tour, keeps, teams, words_of, worth
-from tests.helpers.random_counts import random_counting_formula
-from tests.helpers.random_teams import random_formula
-from tests.helpers.worlds import world
+from tests.helpers.missions.random_teams import random_formula
+from tests.helpers.missions.worlds import world
+from tests.helpers.words.brute_force import Event, Held, Together, Vectors, for_ever, outcomes
+from tests.helpers.words.brute_plans import Tour, keeps, teams, words_of, worth
+from tests.helpers.words.random_counts import random_counting_formula
 from verify.data import BadInput, Formula, Infeasible, Letter, Mission, parse_formula
 
 CLOSE = 1e-6

@@ -15,7 +15,7 @@ from ltlplan.search.exact import assign
 from ltlplan.search.explanations.unsatisfiable_cores import NoPlan
 from ltlplan.systems.visit_words import word_of
 from tests.helpers.few import few_of, given_few
-from tests.helpers.worlds import world
+from tests.helpers.missions.worlds import world
 from tests.strategies import formulas
 from verify import check_team, check_word
 from verify.data import BadInput, Formula, Mission, Unsatisfiable, Visit, mission_to_yaml, parse_mission

@@ -12,7 +12,7 @@ from ltlplan.mtac.optimality_gap import straight_cost
 from ltlplan.planner import make_plan
 from ltlplan.search.exact import assign
 from tests.helpers.few import few_of
-from tests.helpers.kinds import mixed, mixed_text
+from tests.helpers.missions.kinds import mixed, mixed_text
 from verify.data import Infeasible, Mission, Unsatisfiable, parse_mission
 
 SPEEDS = {"quick": 1.0, "slow": 0.25}

@@ -15,9 +15,9 @@ from ltlplan.replanning.soft_parts import kept_by_words
 from ltlplan.search.exact import assign
 from ltlplan.search.explanations.unsatisfiable_cores import NoPlan
 from tests.helpers.few import few_of
-from tests.helpers.random_counts import random_counting_formula
-from tests.helpers.random_teams import random_formula
-from tests.helpers.worlds import STARTS, world
+from tests.helpers.missions.random_teams import random_formula
+from tests.helpers.missions.worlds import STARTS, world
+from tests.helpers.words.random_counts import random_counting_formula
 from verify.data import BadInput, Formula, Mission, Unsatisfiable, parse_formula
 from verify.testing import formulas
 

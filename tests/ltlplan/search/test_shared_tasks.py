@@ -16,7 +16,7 @@ from ltlplan.search.sequential_reading import Objective
 from ltlplan.search.team_planning import MANY, plan_team
 from ltlplan.systems.transition_systems import TransitionSystem
 from tests.helpers.few import given_few
-from tests.helpers.graphs import systems, tasks
+from tests.helpers.words.graphs import systems, tasks
 from verify import check_team
 from verify.data import Formula, Mission, Word, parse_formula, parse_mission
 

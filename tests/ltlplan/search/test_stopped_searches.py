@@ -15,7 +15,7 @@ from ltlplan.logic.budget import EVERY, Budget, StoppedEarly, TooLarge, watched
 from ltlplan.planner import make_plan
 from ltlplan.search.exact import assign, exact
 from tests.helpers.few import few_of
-from tests.helpers.worlds import world
+from tests.helpers.missions.worlds import world
 from verify import check_team
 
 CHAINS = "F(a & F(b & F c)) & F(c & F(a & F d)) & F(d & F(b & F a)) & F(b & F(d & F c))"

@@ -23,9 +23,9 @@ from ltlplan.search.team_planning import least_in_one_order, plan_team
 from ltlplan.search.team_reading import TeamReading, is_complete
 from ltlplan.systems.transition_systems import TransitionSystem
 from tests.helpers.few import few_of, given_few
-from tests.helpers.graphs import simple_words, systems, tasks
-from tests.helpers.team_automaton import TeamAutomaton
-from tests.helpers.worlds import world
+from tests.helpers.missions.worlds import world
+from tests.helpers.words.graphs import simple_words, systems, tasks
+from tests.helpers.words.team_automaton import TeamAutomaton
 from tests.strategies import formulas
 from verify import check_team
 from verify.data import Formula, Mission, Word, parse_formula

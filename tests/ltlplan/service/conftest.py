@@ -13,9 +13,9 @@ import pytest
 
 from ltlplan import Client
 from ltlplan.service.client_parts.job_handle import Submitted
-from tests.helpers.job_services import SMALL, ended, run, service
-from tests.helpers.postgres import Server, postgres_server
-from tests.helpers.services import ONE_HOOP, Served, start
+from tests.helpers.serving.job_services import SMALL, ended, run, service
+from tests.helpers.serving.postgres import Server, postgres_server
+from tests.helpers.serving.services import ONE_HOOP, Served, start
 
 Once = Callable[[str, Callable[[Path], Any]], Any]
 

@@ -22,9 +22,9 @@ from ltlplan.service.client_parts.job_handle import Submitted
 from ltlplan.service.client_parts.transport import Wire, require_success, unpacked
 from ltlplan.service.problems import Conflict, NotFound, Unreachable
 from ltlplan.service.queries import zipped
-from tests.helpers import foreign_logs
 from tests.helpers.few import few_of
-from tests.helpers.services import ONE_HOOP
+from tests.helpers.live import foreign_logs
+from tests.helpers.serving.services import ONE_HOOP
 from verify.data import BadInput, DoesNotFit, FormulaError, MissionError, NotCertified, Unsatisfiable, parse_mission
 from verify.run_folder import read_folder
 

@@ -13,7 +13,7 @@ import pytest
 from ltlplan import Client
 from ltlplan.missions import shipped_mission_text
 from ltlplan.service.security.tokens import Tokens
-from tests.helpers.services import ONE_HOOP, serving
+from tests.helpers.serving.services import ONE_HOOP, serving
 
 USERS, EVERY, SECONDS, PATIENCE = 50, 10.0, 60.0, 2.0
 

@@ -20,10 +20,10 @@ from ltlplan import Client
 from ltlplan.service.client_parts.job_handle import Submitted
 from ltlplan.service.job_queue.store import Store
 from ltlplan.service.models import Job
-from tests.helpers.postgres import Server, postgres_server
-from tests.helpers.process_trees import kill, tree
-from tests.helpers.services import ONE_HOOP, serving, start
-from tests.helpers.waiting import until
+from tests.helpers.serving.postgres import Server, postgres_server
+from tests.helpers.serving.process_trees import kill, tree
+from tests.helpers.serving.services import ONE_HOOP, serving, start
+from tests.helpers.serving.waiting import until
 from verify.data import LtlplanError
 
 pytestmark = pytest.mark.xdist_group("service")

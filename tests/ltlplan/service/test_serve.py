@@ -18,7 +18,7 @@ import ltlplan
 from ltlplan.cli import app
 from ltlplan.service.security.tokens import Tokens
 from ltlplan.service.storage.data_folder import default_data
-from tests.helpers.services import ONE_HOOP, serving, start
+from tests.helpers.serving.services import ONE_HOOP, serving, start
 from verify.data import BadInput
 
 

@@ -11,7 +11,7 @@ from typer.testing import CliRunner, Result
 import verify
 from ltlplan.cli import app
 from ltlplan.commands.submit import ADDRESS
-from tests.helpers.services import ONE_HOOP, Served
+from tests.helpers.serving.services import ONE_HOOP, Served
 from verify.data import BadInput, LtlplanError, Unsatisfiable
 
 

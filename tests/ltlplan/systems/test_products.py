@@ -8,8 +8,8 @@ from ltlplan.missions import load_mission
 from ltlplan.search.exact import assign
 from ltlplan.systems.products import PlanningAutomaton
 from ltlplan.systems.robot_systems import Systems
-from tests.helpers.team_automaton import TeamAutomaton, full_product, full_product_size
-from tests.helpers.worlds import world
+from tests.helpers.missions.worlds import world
+from tests.helpers.words.team_automaton import TeamAutomaton, full_product, full_product_size
 from verify.data import Mission
 
 

@@ -13,8 +13,8 @@ from ltlplan.search.exact import assign
 from ltlplan.systems.forbidden_regions import regions_to_avoid
 from ltlplan.systems.visit_words import word_of
 from tests.helpers.few import few_of
-from tests.helpers.rooms_and_rests import room_with_a_corner
-from tests.helpers.worlds import world
+from tests.helpers.missions.rooms_and_rests import room_with_a_corner
+from tests.helpers.missions.worlds import world
 from verify import check_word
 from verify.data import Mission, Visit, parse_mission
 

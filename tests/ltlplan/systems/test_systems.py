@@ -11,7 +11,7 @@ from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.transition_systems import TransitionSystem, environment_of, robot_graph
 from ltlplan.systems.visit_words import word_of
 from tests.helpers.few import given_few
-from tests.helpers.worlds import world
+from tests.helpers.missions.worlds import world
 from verify.data import BadInput, Mission, Visit, parse_mission
 from verify.data.shapes.region import Region
 

@@ -11,7 +11,7 @@ import verify
 from refine import refine
 from refine.single_robot.task import Pace
 from tests.helpers.few import few_of
-from tests.helpers.random_plans import random_plan
+from tests.helpers.motion.random_plans import random_plan
 from verify.data import Infeasible, Plan
 from verify.data.sections import LegLimits
 

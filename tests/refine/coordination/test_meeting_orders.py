@@ -7,8 +7,8 @@ import pytest
 from ltlplan import plan
 from ltlplan.pipeline import certified_team
 from refine.coordination.meeting_orders import one_at_a_time
-from tests.helpers.patterns import Case, Pattern
-from tests.helpers.plans_by_hand import ball, room, straight
+from tests.helpers.missions.patterns import Case, Pattern
+from tests.helpers.motion.plans_by_hand import ball, room, straight
 from verify.data import Plan
 from verify.data.plan import Meeting
 from verify.data.sections import Agent

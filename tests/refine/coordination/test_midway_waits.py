@@ -14,7 +14,7 @@ from refine.feedback import feedback_of
 from refine.single_robot.flight import robot_flight
 from refine.single_robot.task import Pace, Problem, RefinementOptions
 from tests.helpers.few import few_of
-from tests.helpers.plans_by_hand import ball, room, straight
+from tests.helpers.motion.plans_by_hand import ball, room, straight
 from verify.data import BadInput, Mission, Plan
 from verify.data.plan import Precedence
 from verify.data.sections import Agent

@@ -15,8 +15,8 @@ from refine.feedback import feedback_of
 from refine.single_robot.flight import robot_flight
 from refine.single_robot.task import Problem, RefinementOptions, RobotFlight
 from tests.helpers.few import few_of
-from tests.helpers.plans_by_hand import ball, robot_plan, room, straight, through
-from tests.helpers.random_plans import random_plan
+from tests.helpers.motion.plans_by_hand import ball, robot_plan, room, straight, through
+from tests.helpers.motion.random_plans import random_plan
 from verify.data import Infeasible, Plan, Waypoint
 from verify.data.sections import Agent
 from verify.data.shapes.region import Hoop

@@ -7,8 +7,8 @@ import pytest
 from ltlplan import plan
 from ltlplan.pipeline import certified_team
 from refine.coordination.visit_ordering import Turns
-from tests.helpers.plans_by_hand import ball, room, straight
-from tests.helpers.worlds import world
+from tests.helpers.missions.worlds import world
+from tests.helpers.motion.plans_by_hand import ball, room, straight
 from verify.data import Plan
 from verify.data.plan import Meeting, Precedence
 from verify.data.sections import Agent

@@ -8,7 +8,7 @@ import pytest
 import verify
 from refine import refine
 from refine.corridor.planned import corridor_of
-from tests.helpers.plans_by_hand import ball, robot_plan, room, straight, through
+from tests.helpers.motion.plans_by_hand import ball, robot_plan, room, straight, through
 from verify.data import Infeasible, Mission, Plan, Visit, Waypoint
 from verify.data.sections import Agent
 from verify.data.shapes.region import Hoop

@@ -10,7 +10,7 @@ import pytest
 import ltlplan
 from refine import refine
 from tests.helpers.few import few_of
-from tests.helpers.flights import plan_of, small_mission
+from tests.helpers.motion.flights import plan_of, small_mission
 from verify import judge
 from verify.certificate import Certificate
 from verify.data.mission import Mission

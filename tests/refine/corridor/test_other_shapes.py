@@ -7,8 +7,8 @@ import pytest
 
 from refine.corridor.planned import hovering_corridor
 from refine.obstacles.keep_out_bodies import convex_parts, grown_region
-from tests.helpers.flights import small_mission
-from tests.helpers.solids import random_solid
+from tests.helpers.motion.flights import small_mission
+from tests.helpers.motion.solids import random_solid
 from verify.data.shapes.region import Region
 
 UNION = "a: {union: [{center: [1, 0, 1], size: [0.4, 1, 1]}, {center: [1.4, 0, 1], cylinder: {radius: 0.3, height: 1}}]}"

@@ -7,7 +7,7 @@ import pytest
 
 from refine.corridor.outside import comes_after, left_last, moved_outside
 from refine.obstacles.keep_out_bodies import keep_out
-from tests.helpers.plans_by_hand import straight
+from tests.helpers.motion.plans_by_hand import straight
 from verify.data import Plan, Waypoint, parse_mission
 from verify.data.plan import Precedence, Role
 

@@ -10,7 +10,7 @@ import verify
 from ltlplan.pipeline import certified_team
 from refine import refine
 from tests.helpers.few import few_of
-from tests.helpers.gates import SHAPES, gate, gate_of
+from tests.helpers.missions.gates import SHAPES, gate, gate_of
 from verify.data import Infeasible
 
 

@@ -8,7 +8,7 @@ import pytest
 from refine import refine
 from refine.corridor.planned import corridor_of
 from refine.corridor.points import with_ramps
-from tests.helpers.plans_by_hand import ball, room, straight
+from tests.helpers.motion.plans_by_hand import ball, room, straight
 from verify.data import Plan
 from verify.data.sections import Agent
 

@@ -14,7 +14,7 @@ from refine import refine
 from refine.corridor.meeting_places import moved_apart, moved_to_meet
 from refine.corridor.relocation import relocations
 from tests.helpers.few import few_of
-from tests.helpers.plans_by_hand import ball, room, straight
+from tests.helpers.motion.plans_by_hand import ball, room, straight
 from verify.data import Infeasible, Plan
 from verify.data.sections import Agent
 from verify.data.shapes.obstacle import Obstacle

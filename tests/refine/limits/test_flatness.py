@@ -13,7 +13,7 @@ from refine.limits.flatness import flat_samples
 from refine.limits.limits import rotors_of
 from refine.limits.stretching import stretch_to_limits
 from refine.limits.usage import peaks
-from tests.helpers.refinement_courses import HOOP6, HOOP6_LIMITS, flown, hoop6_vehicle, limit_verdicts
+from tests.helpers.missions.refinement_courses import HOOP6, HOOP6_LIMITS, flown, hoop6_vehicle, limit_verdicts
 from verify.data import GRAVITY, BadInput, Infeasible, load_vehicle
 
 ZERO = np.zeros(())

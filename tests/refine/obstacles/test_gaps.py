@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from refine.obstacles.gaps import solids, widest_gap
-from tests.helpers.solids import random_solid
+from tests.helpers.motion.solids import random_solid
 from verify.data.shapes.inequalities import Inequality, grown
 from verify.data.shapes.region import Region
 

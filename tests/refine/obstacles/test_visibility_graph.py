@@ -10,8 +10,8 @@ import pytest
 
 from refine.obstacles.inflated_bodies import InflatedBodies, grown_bodies
 from refine.obstacles.visibility_graph import Roadmap
-from tests.helpers.box_worlds import Boxes, grid_length
 from tests.helpers.few import few_of
+from tests.helpers.motion.box_worlds import Boxes, grid_length
 from verify.data.shapes.region import Region
 
 CLEARANCE, SIDE = 0.2, 4.0

@@ -15,7 +15,7 @@ from refine.planes import Plane
 from refine.solvers.fastest import stretched_guess
 from refine.solvers.retiming import pace, retime
 from tests.helpers.few import few_of
-from tests.helpers.refinement_courses import (
+from tests.helpers.missions.refinement_courses import (
     HOOP6,
     HOOP6_BLEND,
     HOOP6_LIMITS,

@@ -11,7 +11,7 @@ SOLVES = """
 import signal
 import refine
 from refine.solvers import nlp
-from tests.helpers.plans_by_hand import sequence_plan
+from tests.helpers.motion.plans_by_hand import sequence_plan
 
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs ignore it
 

@@ -10,7 +10,7 @@ import verify
 from refine import Limits, SolverTimeout, minimum_snap, time_optimal
 from refine.single_robot import time_optimised
 from refine.solvers import nlp, qp, retiming
-from tests.helpers.plans_by_hand import patrol_plan, sequence_plan
+from tests.helpers.motion.plans_by_hand import patrol_plan, sequence_plan
 from verify.data import Infeasible, LtlplanError
 
 POINTS = np.array([[0.0, 0.0, 1.0], [1.0, 0.5, 1.2], [2.0, -0.5, 1.0], [3.0, 0.0, 1.4]])

@@ -12,7 +12,7 @@ from refine.obstacles.keep_out_bodies import Ball
 from refine.solvers.nlp import Timing, optimise
 from refine.solvers.qp import Programme, Row, residual, rest_to_rest, solve
 from refine.spline.basis import bernstein_matrix
-from tests.helpers.refinement_courses import HOOP6, HOOP6_SNAP
+from tests.helpers.missions.refinement_courses import HOOP6, HOOP6_SNAP
 from verify.data import BadInput, Infeasible
 
 LENGTHS = np.linalg.norm(np.diff(HOOP6, axis=0), axis=1)

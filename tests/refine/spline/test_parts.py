@@ -9,7 +9,7 @@ import verify
 from refine import minimum_snap, quantise, refine, split
 from refine.spline.parts import rests
 from refine.spline.spline import Spline
-from tests.helpers.plans_by_hand import ball, room, sequence_plan, straight
+from tests.helpers.motion.plans_by_hand import ball, room, sequence_plan, straight
 from verify.data import BadInput, DoesNotFit, Plan, Trajectory
 from verify.data.sections import Agent
 

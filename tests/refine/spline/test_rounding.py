@@ -15,7 +15,7 @@ from refine.solvers.qp import Programme, rest_to_rest, solve
 from refine.spline.basis import derivative_weights
 from refine.spline.rounding import exact_end
 from tests.helpers.few import few_of
-from tests.helpers.refinement_courses import HOOP6
+from tests.helpers.missions.refinement_courses import HOOP6
 from verify.data import BadInput, DoesNotFit, Trajectory
 
 

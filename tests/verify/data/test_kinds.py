@@ -2,8 +2,8 @@
 
 import pytest
 
-from tests.helpers.flights import small_mission
-from tests.helpers.kinds import mixed, mixed_text
+from tests.helpers.missions.kinds import mixed, mixed_text
+from tests.helpers.motion.flights import small_mission
 from verify.data import MissionError, mission_to_yaml, parse_mission
 
 

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 import verify.kernel
-from tests.helpers.proofs import tables
-from tests.helpers.small_flights import small_flight
+from tests.helpers.kernel.proofs import tables
+from tests.helpers.motion.small_flights import small_flight
 from tests.mutation.sites import ROOT
 from verify import judge
 from verify.proofs.finder import prove

@@ -6,7 +6,7 @@ from ltlplan import parse_mission
 from ltlplan.pipeline import certified_team
 from ltlplan.replanning.checked_plan import plan
 from tests.helpers.few import few_of
-from tests.helpers.proofs import checked, missing, tables
+from tests.helpers.kernel.proofs import checked, missing, tables
 from verify.proofs.finder import prove
 
 WORLD = """

@@ -17,9 +17,9 @@ from typing import Any
 import pytest
 
 from tests.helpers.bounded_work import within
-from tests.helpers.edits import edited, edited_text
-from tests.helpers.proofs import checked, tables, untrue
-from tests.helpers.small_flights import FLIGHTS, small_flight, spoiled
+from tests.helpers.kernel.edits import edited, edited_text
+from tests.helpers.kernel.proofs import checked, tables, untrue
+from tests.helpers.motion.small_flights import FLIGHTS, small_flight, spoiled
 from verify import judge
 from verify.certificate import Certificate
 from verify.data.errors import LtlplanError

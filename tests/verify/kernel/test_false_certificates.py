@@ -15,10 +15,10 @@ import numpy as np
 import pytest
 
 from tests.helpers.few import few_of
-from tests.helpers.flights import legs, quantised
-from tests.helpers.kernel_opinion import proofs
-from tests.helpers.proofs import checked, missing, tables
-from tests.helpers.small_flights import RING, A, B, Flight, cut, mission, planned, small_flight, split, to
+from tests.helpers.kernel.kernel_opinion import proofs
+from tests.helpers.kernel.proofs import checked, missing, tables
+from tests.helpers.motion.flights import legs, quantised
+from tests.helpers.motion.small_flights import RING, A, B, Flight, cut, mission, planned, small_flight, split, to
 from tests.mutation.sites import ROOT
 from verify import judge
 from verify.data.plan import Meeting, Precedence
@@ -343,7 +343,7 @@ def test_what_the_tests_of_the_judge_refuse_the_kernel_refuses() -> None:
         "tests/verify/test_parts.py",
         "tests/verify/test_order_claims.py",
     ]
-    command = [sys.executable, "-m", "pytest", "-n", "0", "-q", "-p", "tests.helpers.kernel_opinion", *files]
+    command = [sys.executable, "-m", "pytest", "-n", "0", "-q", "-p", "tests.helpers.kernel.kernel_opinion", *files]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     (line,) = (line for line in done.stdout.splitlines() if line.startswith("kernel: "))
     assert done.returncode == 0, done.stdout[-5000:]

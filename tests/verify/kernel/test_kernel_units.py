@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.helpers.kernel_words import kernel_statement, proof_of
-from tests.helpers.plain_team_words import holds
-from tests.helpers.random_teams import random_formula
-from tests.helpers.timelines import mission
+from tests.helpers.kernel.kernel_words import kernel_statement, proof_of
+from tests.helpers.missions.random_teams import random_formula
+from tests.helpers.words.plain_team_words import holds
+from tests.helpers.words.timelines import mission
 from verify.data.files.mission_file import parse_mission
 from verify.kernel import VERSION, statement, trees
 from verify.kernel.checking import Check, Checked, Owed

@@ -10,11 +10,11 @@ from typing import Any, Literal
 
 import pytest
 
-from tests.helpers.brute_force import Together, outcomes
-from tests.helpers.kernel_words import kernel_statement
-from tests.helpers.random_counts import random_counting_formula
-from tests.helpers.random_teams import random_formula
-from tests.helpers.timelines import mission
+from tests.helpers.kernel.kernel_words import kernel_statement
+from tests.helpers.missions.random_teams import random_formula
+from tests.helpers.words.brute_force import Together, outcomes
+from tests.helpers.words.random_counts import random_counting_formula
+from tests.helpers.words.timelines import mission
 from verify import check_ordered
 from verify.data import Formula, Letter, Word
 from verify.data.plan import Meeting, Precedence, RobotPlan, Visit, Waypoint

@@ -9,10 +9,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.helpers.edits import edited_text
 from tests.helpers.few import few_of
-from tests.helpers.proofs import checked, missing, tables, untrue
-from tests.helpers.small_flights import small_flight
+from tests.helpers.kernel.edits import edited_text
+from tests.helpers.kernel.proofs import checked, missing, tables, untrue
+from tests.helpers.motion.small_flights import small_flight
 from verify import judge
 from verify.data.errors import LtlplanError
 from verify.data.trajectory import Trajectory

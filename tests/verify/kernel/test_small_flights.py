@@ -1,8 +1,8 @@
 """Small flights, one for each kind of claim: the kernel checks all that the judge claims of them."""
 
 from tests.helpers.few import few_of
-from tests.helpers.proofs import checked, missing, tables
-from tests.helpers.small_flights import FLIGHTS, small_flight
+from tests.helpers.kernel.proofs import checked, missing, tables
+from tests.helpers.motion.small_flights import FLIGHTS, small_flight
 from verify import judge
 from verify.proofs.finder import prove
 

@@ -16,12 +16,12 @@ import pytest
 from numpy.polynomial.polynomial import polyval
 
 from tests.helpers.few import few_of
-from tests.helpers.flights import legs, quantised
-from tests.helpers.kernel_words import kernel_timeline
-from tests.helpers.proofs import checked, missing, tables
-from tests.helpers.random_teams import short_timeline
-from tests.helpers.small_flights import A, B, Flight, mission, planned, small_flight, to
-from tests.helpers.timed_signals import Cells, drawn_formula, drawn_signal, truth, until_of_cells
+from tests.helpers.kernel.kernel_words import kernel_timeline
+from tests.helpers.kernel.proofs import checked, missing, tables
+from tests.helpers.missions.random_teams import short_timeline
+from tests.helpers.motion.flights import legs, quantised
+from tests.helpers.motion.small_flights import A, B, Flight, mission, planned, small_flight, to
+from tests.helpers.words.timed_signals import Cells, drawn_formula, drawn_signal, truth, until_of_cells
 from tests.verify.kernel.test_refused import changed
 from verify import judge
 from verify.data.language.counting import written_out

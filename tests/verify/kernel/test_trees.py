@@ -5,7 +5,7 @@ from fractions import Fraction
 
 import pytest
 
-from tests.helpers.sturm import is_nowhere_negative, value
+from tests.helpers.motion.sturm import is_nowhere_negative, value
 from verify.kernel.statement import MOST, Refused
 from verify.kernel.trees import Cell, Evidence, Polynomial, leaves
 from verify.proofs.search import Style, tree_of

@@ -10,10 +10,9 @@ from typing import Any
 
 import pytest
 
-from tests.helpers.brute_force import Laps, Timed, for_ever, outcomes
-from tests.helpers.edits import edited
 from tests.helpers.few import few_of
-from tests.helpers.kernel_words import (
+from tests.helpers.kernel.edits import edited
+from tests.helpers.kernel.kernel_words import (
     kernel_proves_transitions,
     kernel_says_yes,
     kernel_statement,
@@ -21,10 +20,11 @@ from tests.helpers.kernel_words import (
     opened,
     proof_of,
 )
-from tests.helpers.plain_team_words import holds
-from tests.helpers.random_counts import random_counting_formula
-from tests.helpers.random_teams import lap_timeline, random_formula, random_timeline, short_timeline
-from tests.helpers.timelines import END, at, fill, mission, timeline
+from tests.helpers.missions.random_teams import lap_timeline, random_formula, random_timeline, short_timeline
+from tests.helpers.words.brute_force import Laps, Timed, for_ever, outcomes
+from tests.helpers.words.plain_team_words import holds
+from tests.helpers.words.random_counts import random_counting_formula
+from tests.helpers.words.timelines import END, at, fill, mission, timeline
 from verify.data import Formula, parse_formula
 from verify.kernel.formulas import Table, conjuncts, show
 from verify.kernel.statement import Refused

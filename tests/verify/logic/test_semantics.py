@@ -2,7 +2,7 @@ import pytest
 from hypothesis import given
 
 from tests.helpers.few import given_few
-from tests.helpers.spot_reading import spot_accepts
+from tests.helpers.words.spot_reading import spot_accepts
 from tests.strategies import finite_words, formulas, lassos, words
 from verify.data import BadInput, Formula, Word, parse_formula
 from verify.logic.semantics import satisfies, truth_table

@@ -2,7 +2,7 @@ import importlib
 
 import pytest
 
-from tests.helpers.timelines import APART, timeline
+from tests.helpers.words.timelines import APART, timeline
 from verify import check_team, check_word
 from verify.data import MissingEngine, parse_formula
 from verify.data.errors import InternalError

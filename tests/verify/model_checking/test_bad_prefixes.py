@@ -7,8 +7,8 @@ from random import Random
 
 import pytest
 
-from tests.helpers.bad_prefix_oracle import is_lost, some_events
-from tests.helpers.random_teams import random_formula, short_timeline
+from tests.helpers.missions.random_teams import random_formula, short_timeline
+from tests.helpers.words.bad_prefix_oracle import is_lost, some_events
 from verify.data.language.formula import Formula
 from verify.data.language.formula_reader import parse_formula
 from verify.model_checking.bad_prefixes import first_never_kept, never_kept, until

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.helpers.few import given_few
-from tests.helpers.timelines import APART, END, at, fill, mission, random_readings, random_signal, random_unions, timeline
+from tests.helpers.words.timelines import APART, END, at, fill, mission, random_readings, random_signal, random_unions, timeline
 from tests.strategies import formulas, timelines
 from verify.data import BadInput, InternalError, Word
 from verify.logic.normal_form import normal_form

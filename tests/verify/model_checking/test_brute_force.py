@@ -10,11 +10,11 @@ from random import Random
 
 import pytest
 
-from tests.helpers.brute_force import Laps, Timed, Together, for_ever, is_word, outcomes
-from tests.helpers.plain_team_words import holds, in_turn
-from tests.helpers.random_counts import random_counting_formula
-from tests.helpers.random_teams import lap_timeline, random_formula, short_timeline
-from tests.helpers.timelines import at, mission, timeline
+from tests.helpers.missions.random_teams import lap_timeline, random_formula, short_timeline
+from tests.helpers.words.brute_force import Laps, Timed, Together, for_ever, is_word, outcomes
+from tests.helpers.words.plain_team_words import holds, in_turn
+from tests.helpers.words.random_counts import random_counting_formula
+from tests.helpers.words.timelines import at, mission, timeline
 from verify import check_ordered, check_team
 from verify.data import Formula, Word, parse_formula
 from verify.logic.verdict import TeamVerdict

@@ -7,10 +7,10 @@ from random import Random
 
 import pytest
 
-from tests.helpers.plain_team_words import holds, some_flight
-from tests.helpers.random_counts import random_counting_formula
-from tests.helpers.random_teams import random_timeline
-from tests.helpers.timelines import at, mission
+from tests.helpers.missions.random_teams import random_timeline
+from tests.helpers.words.plain_team_words import holds, some_flight
+from tests.helpers.words.random_counts import random_counting_formula
+from tests.helpers.words.timelines import at, mission
 from verify.data import parse_formula
 from verify.data.language.counting import atoms
 from verify.logic.normal_form import conjuncts, normal_form

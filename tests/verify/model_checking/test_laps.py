@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from tests.helpers.few import few_of
-from tests.helpers.flights import legs, plan_of, small_mission
-from tests.helpers.witnesses import Right, assert_refused, judged
+from tests.helpers.kernel.witnesses import Right, assert_refused, judged
+from tests.helpers.motion.flights import legs, plan_of, small_mission
 from verify import certify, judge
 from verify.certificate import Certificate, payload_digest
 from verify.data.errors import BadInput, NotCertified

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from tests.helpers.few import few_of
-from tests.helpers.flights import changed, legs, plan_of, small_mission
-from tests.helpers.witnesses import ANY, Right, around, assert_refused, judged
+from tests.helpers.kernel.witnesses import ANY, Right, around, assert_refused, judged
+from tests.helpers.motion.flights import changed, legs, plan_of, small_mission
 from verify.data.language.word import Word
 from verify.data.mission import Mission
 from verify.data.plan import Visit

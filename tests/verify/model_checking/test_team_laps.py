@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.helpers.timelines import APART, END, at, mission, timeline
-from tests.helpers.worlds import world
+from tests.helpers.missions.worlds import world
+from tests.helpers.words.timelines import APART, END, at, mission, timeline
 from tests.strategies import formulas
 from verify.data import BadInput, Letter, Mission, Word
 from verify.logic.semantics import satisfies

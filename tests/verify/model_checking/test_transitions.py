@@ -3,7 +3,7 @@ from fractions import Fraction
 
 import pytest
 
-from tests.helpers.timelines import APART, END, at, fill, mission, timeline
+from tests.helpers.words.timelines import APART, END, at, fill, mission, timeline
 from verify.model_checking.timeline import Change, InternalChange, Relations, Timeline
 from verify.model_checking.transitions import no_word_is_a_trace
 from verify.model_checking.word_claims import judge_transitions

@@ -8,7 +8,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from tests.helpers.flights import plan_of, small_mission
+from tests.helpers.motion.flights import plan_of, small_mission
 from verify.claims.distance_claims import Clocks, separation_claims, separation_holds
 from verify.claims.evidence import Evidence
 from verify.data import Mission, Trajectory

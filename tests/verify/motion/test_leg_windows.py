@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from tests.helpers.few import few_of
-from tests.helpers.flights import legs, plan_of, quantised, small_mission
-from tests.helpers.witnesses import Right, around, assert_refused, judged
+from tests.helpers.kernel.witnesses import Right, around, assert_refused, judged
+from tests.helpers.motion.flights import legs, plan_of, quantised, small_mission
 from verify.data.mission import Mission
 from verify.data.plan import Plan, Visit
 from verify.data.trajectory import Trajectory

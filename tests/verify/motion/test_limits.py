@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from tests.helpers.few import few_of
-from tests.helpers.flights import legs, quantised, small_mission
-from tests.helpers.limited_quantities import sampled
+from tests.helpers.motion.flights import legs, quantised, small_mission
+from tests.helpers.motion.limited_quantities import sampled
 from verify.data.sections import LegLimits
 from verify.data.trajectory import Trajectory
 from verify.data.vehicle import GRAVITY, load_vehicle

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.helpers.few import few_of
-from tests.helpers.flights import firefighting, legs, plan_of, small_mission
+from tests.helpers.motion.flights import firefighting, legs, plan_of, small_mission
 from verify import certify, judge
 from verify.data.language.word import Word
 from verify.data.plan import Visit

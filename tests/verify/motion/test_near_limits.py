@@ -9,7 +9,7 @@ import pytest
 from flint import arb, arb_poly, arb_series, ctx
 
 from tests.helpers.few import few_of
-from tests.helpers.flights import quantised, small_mission, wandering
+from tests.helpers.motion.flights import quantised, small_mission, wandering
 from verify.data.mission import Mission
 from verify.data.trajectory import Trajectory
 from verify.data.vehicle import GRAVITY, Vehicle

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.helpers.few import few_of
-from tests.helpers.flights import legs, plan_of, small_mission, through
+from tests.helpers.motion.flights import legs, plan_of, small_mission, through
 from verify import judge
 from verify.data.plan import Visit
 from verify.motion.passages import OpeningPart, clearances, crossings, goes_back, hoop_frames

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.helpers.few import few_of
-from tests.helpers.flights import legs, plan_of, small_mission
+from tests.helpers.motion.flights import legs, plan_of, small_mission
 from tests.verify.test_run_folder import write_folder
 from verify import certify, recheck
 from verify.certificate import payload_digest

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from tests.helpers.few import few_of
-from tests.helpers.flights import changed, legs, plan_of, small_mission
-from tests.helpers.limited_quantities import LIMITS
-from tests.helpers.witnesses import PLAN, TEAM, Right, around, assert_refused, judged, refused
+from tests.helpers.kernel.witnesses import PLAN, TEAM, Right, around, assert_refused, judged, refused
+from tests.helpers.motion.flights import changed, legs, plan_of, small_mission
+from tests.helpers.motion.limited_quantities import LIMITS
 from verify.certificate import Certificate
 from verify.data.mission import Mission
 from verify.data.plan import Visit

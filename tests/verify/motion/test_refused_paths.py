@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from tests.helpers.few import few_of
-from tests.helpers.flights import changed, legs, plan_of, quantised, small_mission
-from tests.helpers.witnesses import PLAN, TEAM, Right, around, assert_refused, judged
+from tests.helpers.kernel.witnesses import PLAN, TEAM, Right, around, assert_refused, judged
+from tests.helpers.motion.flights import changed, legs, plan_of, quantised, small_mission
 from verify.data.plan import Visit
 from verify.data.trajectory import Trajectory
 from verify.motion.continuity import HEADINGS, JUMPS, QUANTITIES

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from tests.helpers.few import few_of
-from tests.helpers.flights import legs, plan_of, small_mission, through
-from tests.helpers.witnesses import ANY, PLAN, TEAM, Right, around, assert_refused, judged
+from tests.helpers.kernel.witnesses import ANY, PLAN, TEAM, Right, around, assert_refused, judged
+from tests.helpers.motion.flights import legs, plan_of, small_mission, through
 from verify.data.plan import Plan, Visit
 from verify.data.sections import Action
 from verify.data.trajectory import Trajectory

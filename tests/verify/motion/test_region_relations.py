@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from tests.helpers.solids import Holds, random_solid
+from tests.helpers.motion.solids import Holds, random_solid
 from verify.data.shapes.inequalities import Inequality
 from verify.data.shapes.region import Region
 from verify.model_checking.timeline import Relations

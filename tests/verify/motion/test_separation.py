@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from tests.helpers.few import few_of
-from tests.helpers.flights import legs, plan_of, small_mission, wandering
+from tests.helpers.motion.flights import legs, plan_of, small_mission, wandering
 from verify import judge
 from verify.data.errors import BadInput
 from verify.data.trajectory import Trajectory

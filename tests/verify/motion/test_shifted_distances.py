@@ -5,7 +5,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from tests.helpers.flights import legs, plan_of, small_mission
+from tests.helpers.motion.flights import legs, plan_of, small_mission
 from tests.verify.motion.test_separation import pair_mission, started, still
 from verify import judge
 from verify.motion.paths import read_team

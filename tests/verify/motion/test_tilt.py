@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from flint import arb
 
-from tests.helpers.flights import legs, small_mission
+from tests.helpers.motion.flights import legs, small_mission
 from verify.arithmetic.balls import Balls, constants
 from verify.motion.paths import read_team
 from verify.motion.tilt import tilt_peaks

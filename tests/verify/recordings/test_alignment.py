@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.helpers.few import few_of
-from tests.helpers.recordings import along_x
+from tests.helpers.live.recordings import along_x
 from verify.recordings.alignment import fitted
 
 STEP = 0.05

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.flight.exports.test_parts import BALLS, POINTS, cut
-from tests.helpers.flights import legs, plan_of, small_mission
+from tests.helpers.motion.flights import legs, plan_of, small_mission
 from tests.verify.test_run_folder import write_folder
 from verify import certify, check_flight
 from verify.data import BadInput, NotCertified, Trajectory

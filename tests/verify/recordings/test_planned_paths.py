@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.helpers.flights import small_mission, wandering
+from tests.helpers.motion.flights import small_mission, wandering
 from verify.data.trajectory import Trajectory
 from verify.recordings.planned_paths import planned_paths
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from tests.helpers.few import few_of
-from tests.helpers.flights import legs, plan_of, small_mission
-from tests.helpers.recordings import aside, asked, claims, fires, gates, judged, recorded, refused
+from tests.helpers.live.recordings import aside, asked, claims, fires, gates, judged, recorded, refused
+from tests.helpers.motion.flights import legs, plan_of, small_mission
 from verify import FlightReference, Samples, certify, check_flight
 from verify.data.plan import Visit
 from verify.recordings.flight_reference import World

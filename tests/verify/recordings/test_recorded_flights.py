@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.helpers.recorded_flights import campaign
+from tests.helpers.live.recorded_flights import campaign
 
 
 @pytest.mark.slow

@@ -10,13 +10,13 @@ from random import Random
 import numpy as np
 import pytest
 
-from tests.helpers.bad_prefix_oracle import is_lost, some_lasso
 from tests.helpers.few import few_of
-from tests.helpers.flights import legs, plan_of, small_mission
-from tests.helpers.random_teams import random_formula, short_timeline
-from tests.helpers.recordings import aside, asked, claims, judged, recorded
-from tests.helpers.spot_reading import spot_accepts
-from tests.helpers.timelines import fill, mission
+from tests.helpers.live.recordings import aside, asked, claims, judged, recorded
+from tests.helpers.missions.random_teams import random_formula, short_timeline
+from tests.helpers.motion.flights import legs, plan_of, small_mission
+from tests.helpers.words.bad_prefix_oracle import is_lost, some_lasso
+from tests.helpers.words.spot_reading import spot_accepts
+from tests.helpers.words.timelines import fill, mission
 from verify import Samples, certify, check_flight
 from verify.data import Letter, Word
 from verify.data.language.formula_reader import parse_formula

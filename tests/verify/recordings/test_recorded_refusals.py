@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.helpers.flights import small_mission
-from tests.helpers.recordings import aside, asked, claims, darting, dense, fires, gates, judged, recorded, refused
+from tests.helpers.live.recordings import aside, asked, claims, darting, dense, fires, gates, judged, recorded, refused
+from tests.helpers.motion.flights import small_mission
 from verify import FlightReference, Samples, check_flight
 from verify.data import BadInput, Word
 from verify.logic.semantics import satisfies

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import strategies as st
 
 from tests.helpers.few import given_few
-from tests.helpers.timelines import mission, random_readings, random_unions
+from tests.helpers.words.timelines import mission, random_readings, random_unions
 from tests.strategies import formulas
 from verify import check_samples
 from verify.data import BadInput, Mission, Word

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.helpers.recordings import along_x
+from tests.helpers.live.recordings import along_x
 from verify.recordings.alignment import Alignment
 from verify.recordings.planned_paths import PlannedPath
 from verify.recordings.reachable_sets import Bounds, track

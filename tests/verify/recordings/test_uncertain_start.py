@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.helpers.flights import legs, plan_of, small_mission
+from tests.helpers.motion.flights import legs, plan_of, small_mission
 from verify import FlightReference, FlightVerdict, Samples, certify, check_flight
 from verify.data.plan import Visit
 

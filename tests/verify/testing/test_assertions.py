@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.helpers.timelines import mission
+from tests.helpers.words.timelines import mission
 from verify import Trajectory
 from verify.data import BadInput, FormulaError
 from verify.logic.verdict import show_readings

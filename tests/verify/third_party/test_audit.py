@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 import verify
-from tests.helpers.fleets import csv_text
-from tests.helpers.flights import small_mission
+from tests.helpers.motion.fleets import csv_text
+from tests.helpers.motion.flights import small_mission
 from verify.data import BadInput
 
 

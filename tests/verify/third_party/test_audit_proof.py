@@ -14,8 +14,8 @@ import pytest
 
 import ltlplan
 import verify
-from tests.helpers.fleets import csv_text, exported_show, sampled, show_of, trajectory_of, wandering, write_show
-from tests.helpers.flights import small_mission
+from tests.helpers.motion.fleets import csv_text, exported_show, sampled, show_of, trajectory_of, wandering, write_show
+from tests.helpers.motion.flights import small_mission
 from tests.verify.third_party.test_audit import HOP, hop
 from verify.checked_claims import checked_files
 from verify.data.files.trajectory_csv import write_csv

@@ -11,8 +11,8 @@ import pytest
 
 import verify
 from tests.helpers.few import few_of
-from tests.helpers.fleets import show_of, trajectory_of, write_show
-from tests.helpers.flights import firefighting
+from tests.helpers.motion.fleets import show_of, trajectory_of, write_show
+from tests.helpers.motion.flights import firefighting
 from verify.claims.claim import Claim
 
 _APART = re.compile(r"stay ([0-9.]+) m apart .* with ([0-9.]+) m at .*?([0-9.]+) m are asked")

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from tests.helpers.few import few_of
-from tests.helpers.fleets import sampled, wandering
-from tests.helpers.flights import legs, small_mission
+from tests.helpers.motion.fleets import sampled, wandering
+from tests.helpers.motion.flights import legs, small_mission
 from verify.arithmetic.balls import Floats
 from verify.motion.paths import read_team
 from verify.motion.separation import minimum_distances, pairwise_distances

@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from tests.helpers.few import few_of
-from tests.helpers.fleets import sampled, wandering
+from tests.helpers.motion.fleets import sampled, wandering
 from verify.arithmetic.balls import Floats
 from verify.third_party.extremes import Direction, Rate, rate_extremes, wall_extremes
 from verify.third_party.fleet import Fleet, Flight, assemble

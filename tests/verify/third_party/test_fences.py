@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.helpers.few import few_of
-from tests.helpers.fleets import sampled, wandering
+from tests.helpers.motion.fleets import sampled, wandering
 from verify.third_party.fleet import Fleet, Flight, assemble
 from verify.third_party.shows.fences import judge_fence
 from verify.third_party.shows.own_limits import Fence

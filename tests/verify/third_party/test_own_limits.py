@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 import verify
-from tests.helpers.fleets import show_of, trajectory_of, write_show
+from tests.helpers.motion.fleets import show_of, trajectory_of, write_show
 from verify.data import BadInput
 from verify.third_party.importers import read_fleet
 

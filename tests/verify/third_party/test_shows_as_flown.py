@@ -15,7 +15,7 @@ import pytest
 
 import verify
 from tests.helpers.few import few_of
-from tests.helpers.fleets import compiled_show, exported_show, sampled, trajectory_of, write_show
+from tests.helpers.motion.fleets import compiled_show, exported_show, sampled, trajectory_of, write_show
 from verify.data import BadInput
 from verify.third_party.fleet import Fleet
 from verify.third_party.importers import read_fleet

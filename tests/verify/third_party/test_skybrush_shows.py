@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import verify
-from tests.helpers.fleets import sampled, show_of, trajectory_of, write_show
+from tests.helpers.motion.fleets import sampled, show_of, trajectory_of, write_show
 from verify.data import BadInput
 from verify.third_party.importers import read_fleet
 from verify.third_party.shows.show_archives import MOST_BYTES

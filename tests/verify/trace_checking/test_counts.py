@@ -3,8 +3,8 @@ from random import Random
 
 import pytest
 
-from tests.helpers.plain_team_words import at_once, holds, in_turn
-from tests.helpers.random_counts import random_counting_formula
+from tests.helpers.words.plain_team_words import at_once, holds, in_turn
+from tests.helpers.words.random_counts import random_counting_formula
 from verify import check_team, check_word
 from verify.data import BadInput, FormulaError, parse_formula
 from verify.data.language.counting import written_out

@@ -3,8 +3,8 @@ from random import Random
 
 import pytest
 
-from tests.helpers.linearisations import broken, events_of
-from tests.helpers.random_teams import random_formula
+from tests.helpers.missions.random_teams import random_formula
+from tests.helpers.words.linearisations import broken, events_of
 from verify import check_ordered, check_team
 from verify.data import BadInput, Formula, parse_formula
 

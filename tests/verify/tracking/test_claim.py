@@ -8,8 +8,8 @@ import json
 import numpy as np
 import pytest
 
-from tests.helpers.flights import legs, plan_of, small_mission
-from tests.helpers.small_flights import turning
+from tests.helpers.motion.flights import legs, plan_of, small_mission
+from tests.helpers.motion.small_flights import turning
 from verify import certify, judge, recheck
 from verify.certificate import payload_digest
 from verify.data import NotCertified, Trajectory

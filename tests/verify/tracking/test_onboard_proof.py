@@ -12,8 +12,8 @@ from flight.model import ekf, timing
 from flight.model.airframe import airframe_of
 from flight.model.attitude import matrix
 from flight.model.dynamics import QuadcopterDynamics
-from tests.helpers.disturbed_hovers import Hovers
 from tests.helpers.few import few_of
+from tests.helpers.vehicles.disturbed_hovers import Hovers
 from verify.data.airframe import load_airframe
 from verify.data.autopilot import load_autopilot
 from verify.data.disturbance import Disturbance

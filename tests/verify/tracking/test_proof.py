@@ -8,8 +8,8 @@ import pytest
 from flight.control import controller
 from flight.model import timing
 from tests.benchmarks.tracking import step_of
-from tests.helpers.disturbed_flights import Disturbed
 from tests.helpers.few import few_of
+from tests.helpers.vehicles.disturbed_flights import Disturbed
 from verify.data import BadInput, Trajectory
 from verify.data.airframe import load_airframe
 from verify.data.disturbance import Disturbance

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from ltlplan.online.checked_events import in_order
 from ltlplan.online.event_sources.lines import MOST_LETTERS, event_told, events_told, meant
 from tests.helpers.few import given_few
-from tests.helpers.live_missions import PAIR
+from tests.helpers.live.live_missions import PAIR
 from verify.data import BadInput, parse_mission
 from verify.data.events import NewFormula, RobotLeaves, events_to_json
 

@@ -10,13 +10,13 @@ import pytest
 
 from ltlplan.online.event_sources import topics
 from ltlplan.online.event_sources.topics import FollowedTopic
-from tests.helpers.ros_peer import here, publishing
+from tests.helpers.vehicles.ros_peer import here, publishing
 from verify.data import BadInput, MissingEngine
 from verify.data.events import NewFormula, RobotLeaves
 
 DOMAIN = 87
 TOPIC = "/ltlplan/events"
-SOURCE = Path(__file__).parents[3] / "helpers" / "fast_dds_publisher.cpp"
+SOURCE = Path(__file__).parents[3] / "helpers" / "vehicles" / "fast_dds_publisher.cpp"
 
 
 @pytest.fixture

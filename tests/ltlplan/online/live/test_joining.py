@@ -23,7 +23,7 @@ from ltlplan.online.segments.certified_team import CertifiedTeam
 from ltlplan.online.standby import standby_of
 from ltlplan.recorded import judge_flight
 from ltlplan.transfers import to_starts
-from tests.helpers.live_missions import PAIR
+from tests.helpers.live.live_missions import PAIR
 from tests.ltlplan.online.live.test_live_online_flight import (
     BACK,
     PLACES,

@@ -14,9 +14,9 @@ from ltlplan.online.segments.certified_team import CertifiedTeam
 from ltlplan.online.standby import standby_of
 from ltlplan.service.execution.background_executor import Beside
 from ltlplan.transfers import to_starts
-from tests.helpers.live_missions import PAIR
-from tests.helpers.patience import patient  # noqa: F401  # pytest finds the fixture by its name
-from tests.helpers.px4_peer import HOLD, POSITION, Manner, Px4Peer, free_port
+from tests.helpers.live.live_missions import PAIR
+from tests.helpers.live.patience import patient  # noqa: F401  # pytest finds the fixture by its name
+from tests.helpers.vehicles.px4_peer import HOLD, POSITION, Manner, Px4Peer, free_port
 from tests.ltlplan.online.live.test_joining import climbing, joins, judged, stays
 from tests.ltlplan.online.live.test_live_online_flight import nothing_flown_that_was_not_proved, sentences
 from verify.data import parse_mission
@@ -144,7 +144,7 @@ def test_a_px4_vehicle_that_falls_silent_while_it_climbs_is_left_to_its_failsafe
 def crazyflies(**manners):
     pytest.importorskip("cflib", reason="cflib is not installed")
     from flight.link.crazyflie.streamed import StreamedCrazyflies
-    from tests.helpers.crazyflie_peer import in_the_air
+    from tests.helpers.vehicles.crazyflie_peer import in_the_air
 
     @contextmanager
     def reached(mission, places):
@@ -160,7 +160,7 @@ def crazyflies(**manners):
 
 @pytest.mark.parametrize("needs_arming", [False, True])
 def test_a_crazyflie_climbs_and_joins(beside, tmp_path, needs_arming):
-    from tests.helpers.crazyflie_firmware import Manner as CrazyflieManner
+    from tests.helpers.vehicles.crazyflie_firmware import Manner as CrazyflieManner
 
     streamed = []
 
@@ -188,7 +188,7 @@ def test_a_crazyflie_that_is_gone_while_it_climbs_ends_the_flight_as_it_cannot_b
         if climbing(course, None) and not np.isfinite(world.vehicles["three"].manner.frozen_since):
             world.vehicles["three"].manner.frozen_since = world.clock()
 
-    from tests.helpers.crazyflie_firmware import Manner as CrazyflieManner
+    from tests.helpers.vehicles.crazyflie_firmware import Manner as CrazyflieManner
 
     _, done, world = fly(parse_mission(SLOW), beside, crazyflies(three=CrazyflieManner()), at=at)
     assert not done.flown

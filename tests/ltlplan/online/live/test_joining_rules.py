@@ -12,7 +12,7 @@ from ltlplan.online.event_queue import checked_events, fault_of
 from ltlplan.online.segments.certified_team import CertifiedTeam
 from ltlplan.online.standby import Lookout, Standby, shown_at, standby_of
 from ltlplan.transfers import to_join, to_starts
-from tests.helpers.live_missions import PAIR, pair
+from tests.helpers.live.live_missions import PAIR, pair
 from tests.ltlplan.online.live.test_joining import START, joins
 from tests.ltlplan.online.live.test_live_online_flight import PLACES
 from verify.data import BadInput, Infeasible, NotCertified, Trajectory, parse_mission

@@ -23,8 +23,8 @@ from verify.data.events import HoopMoves, NewFormula, RobotLeaves
 pytest.importorskip("cflib", reason="cflib is not installed")
 
 from flight.link.crazyflie.streamed import StreamedCrazyflies
-from tests.helpers.crazyflie_peer import in_the_air
-from tests.helpers.patience import patient  # noqa: F401  # pytest finds the fixture by its name
+from tests.helpers.live.patience import patient  # noqa: F401  # pytest finds the fixture by its name
+from tests.helpers.vehicles.crazyflie_peer import in_the_air
 
 pytestmark = pytest.mark.slow
 

@@ -13,7 +13,7 @@ from ltlplan.online.live.measured_result import flown_live
 from ltlplan.online.segments.certified_team import CertifiedTeam
 from ltlplan.service.execution.background_executor import Beside
 from ltlplan.transfers import to_starts
-from tests.helpers.px4_peer import Manner, Px4Peer, free_port
+from tests.helpers.vehicles.px4_peer import Manner, Px4Peer, free_port
 from tests.ltlplan.online.live.test_live_online_flight import BACK, PAIR, PLACES, nothing_flown_that_was_not_proved
 from verify.data import parse_mission
 from verify.data.events import NewFormula, RobotLeaves

@@ -24,7 +24,7 @@ from ltlplan.online.live.measured_result import flown_live
 from ltlplan.online.segments.certified_team import CertifiedTeam
 from ltlplan.recorded import judge_flight
 from ltlplan.transfers import to_starts
-from tests.helpers.live_missions import PAIR
+from tests.helpers.live.live_missions import PAIR
 from verify.data import Infeasible, LtlplanError, parse_mission
 from verify.data.events import HoopMoves, NewFormula, ObstacleAppears, RobotJoins, RobotLeaves
 from verify.data.progress import silent

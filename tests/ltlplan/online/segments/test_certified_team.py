@@ -16,10 +16,10 @@ from ltlplan.online.online_flight import NOT_ALL_CERTIFIED
 from ltlplan.online.segments.braking import slow_down
 from ltlplan.online.segments.certified_team import CertifiedTeam
 from ltlplan.online.simulated_online_flight import fly_online
-from tests.helpers import dense_sampler
 from tests.helpers.few import few_of
-from tests.helpers.own_places import own_places
-from tests.helpers.worlds import world
+from tests.helpers.missions.own_places import own_places
+from tests.helpers.missions.worlds import world
+from tests.helpers.motion import dense_sampler
 from verify import check_samples, check_word
 from verify.data import BadInput, Trajectory, parse_mission
 from verify.data.events import HoopMoves, NewFormula, ObstacleAppears, RobotJoins, RobotLeaves

@@ -12,7 +12,7 @@ from ltlplan.online.segments.certified_team import CertifiedTeam
 from ltlplan.online.segments.segment_planning import find_piece
 from ltlplan.online.simulated_online_flight import fly_online
 from tests.helpers.few import few_of
-from tests.helpers.timed_rooms import room
+from tests.helpers.missions.timed_rooms import room
 from verify.data import BadInput, Mission
 from verify.data.events import HoopMoves, NewFormula, RobotLeaves, WorldEvent
 from verify.flight_segments import judge_pieces

@@ -8,7 +8,7 @@ from fractions import Fraction
 import pytest
 
 from ltlplan.online.segments.time_left import Flown, part_left
-from tests.helpers.timed_signals import drawn_formula, drawn_signal, truth
+from tests.helpers.words.timed_signals import drawn_formula, drawn_signal, truth
 from verify.data.language.formula import FALSE, TRUE
 from verify.data.language.formula_reader import parse_formula
 from verify.model_checking.timeline import Change, Enclosure, Relations, Status, Timeline

@@ -12,9 +12,9 @@ from ltlplan.paths.path_result import flown_pieces
 from ltlplan.paths.sampling.path_problem import path_problem
 from ltlplan.pipeline import certified_team
 from ltlplan.reproduction.hoops_flights import LIMIT, lengths, under_the_limit, wide_course
-from tests.helpers.courses import courses
 from tests.helpers.few import few_of
-from tests.helpers.nominal_trajectories import nominal_trajectory
+from tests.helpers.missions.courses import courses
+from tests.helpers.motion.nominal_trajectories import nominal_trajectory
 from verify import judge
 from verify.data import Plan, Trajectory, Visit, Word
 

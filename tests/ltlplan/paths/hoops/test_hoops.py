@@ -10,9 +10,9 @@ from ltlplan.missions import load_mission
 from ltlplan.paths.hoops import avoid, control_points, route, route_sequence, segments
 from ltlplan.paths.hoops.clearance import blocked
 from ltlplan.paths.hoops.keep_out import room
-from tests.helpers.courses import courses
-from tests.helpers.hoops import REGIONS, crowded, small_mission
-from tests.helpers.nominal_trajectories import nominal_trajectory
+from tests.helpers.missions.courses import courses
+from tests.helpers.missions.hoops import REGIONS, crowded, small_mission
+from tests.helpers.motion.nominal_trajectories import nominal_trajectory
 from verify.data import Infeasible, Mission, Visit, Word, parse_mission
 from verify.data.shapes.region import Hoop, Region
 

@@ -6,7 +6,7 @@ import pytest
 from ltlplan.missions import load_mission
 from ltlplan.paths.hoops import Blocked, SplineBlocked, avoid, route, route_sequence
 from ltlplan.paths.hoops.keep_out import room
-from tests.helpers.hoops import REGIONS, crowded, small_mission
+from tests.helpers.missions.hoops import REGIONS, crowded, small_mission
 from verify.data import BadInput, Visit, parse_mission
 
 

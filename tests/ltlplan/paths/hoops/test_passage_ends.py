@@ -12,7 +12,7 @@ from ltlplan.paths.hoops.keep_out import room
 from ltlplan.paths.hoops.passage_ends import passage_ends
 from ltlplan.pipeline import certified_team, plan
 from tests.helpers.few import few_of
-from tests.helpers.hoops import small_mission
+from tests.helpers.missions.hoops import small_mission
 from verify.data import Mission, Visit, parse_mission
 
 _MISSION = """

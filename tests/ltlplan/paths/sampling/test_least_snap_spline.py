@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
-from tests.helpers.nominal_trajectories import nominal_trajectory
+from tests.helpers.motion.nominal_trajectories import nominal_trajectory
 from verify.data import BadInput
 
 FACTS_COURSE = np.array([(1, 0, 0.8), (2, 1, 1), (0.5, 2, 1.3), (-1, 1, 1.1), (-0.6, -0.8, 0.9), (1, 0, 0.8)], dtype=np.float64)

@@ -9,9 +9,9 @@ from ltlplan.paths.costs import Sampling
 from ltlplan.paths.hoops import route, route_sequence
 from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
 from ltlplan.paths.sampling.path_problem import word_filter
-from tests.helpers.courses import courses
 from tests.helpers.few import few_of
-from tests.helpers.sampled_labels import label, run
+from tests.helpers.missions.courses import courses
+from tests.helpers.words.sampled_labels import label, run
 from verify.data import Visit, Word, parse_mission
 
 

@@ -14,7 +14,7 @@ from ltlplan.replanning import alternatives
 from ltlplan.replanning.alternatives import candidates
 from ltlplan.replanning.cuts import Candidate, Conflict, Flight
 from ltlplan.replanning.timing.plans_in_time import plan_in_order
-from tests.helpers.timed_rooms import room
+from tests.helpers.missions.timed_rooms import room
 from verify.data import LtlplanError, Mission, Plan, parse_formula
 
 SECOND = {"more": ", team: joint", "agents": "  quad1: {start: [0.4, 1.6, 1.0]}"}

@@ -10,8 +10,8 @@ import pytest
 
 import ltlplan
 from ltlplan.replanning.timing.horizons import kept_out, least_duration, too_long
-from tests.helpers.timed_rooms import room
-from tests.helpers.timed_signals import drawn_formula, drawn_signal
+from tests.helpers.missions.timed_rooms import room
+from tests.helpers.words.timed_signals import drawn_formula, drawn_signal
 from verify.data import Infeasible
 from verify.data.language.formula_reader import parse_formula
 from verify.model_checking.timing.instants import at

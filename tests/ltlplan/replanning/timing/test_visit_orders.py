@@ -16,7 +16,7 @@ from ltlplan.replanning.timing.visit_orders import Orders, Stop
 from ltlplan.systems.due_visits import DueVisit, due_visits
 from ltlplan.systems.gaps import straight_travel
 from tests.helpers.few import few_of
-from tests.helpers.timed_rooms import room
+from tests.helpers.missions.timed_rooms import room
 from verify.data import Infeasible, NotCertified, parse_formula
 from verify.data.language.formula import TRUE
 

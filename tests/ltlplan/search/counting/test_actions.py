@@ -6,7 +6,7 @@ import pytest
 
 from ltlplan.search.exact import assign
 from tests.helpers.few import few_of
-from tests.helpers.worlds import world
+from tests.helpers.missions.worlds import world
 
 PLACES = {"a": (-1.7, 0.7), "b": (1.7, 0.7), "home": (0.0, -1.5)}
 RADII = dict.fromkeys(PLACES, 0.6)

@@ -14,7 +14,7 @@ from ltlplan.search.counting.classes import Classes, ClassMove
 from ltlplan.search.counting.counting_propositions import Marks
 from ltlplan.search.counting.planning import CourseSearch
 from tests.helpers.few import few_of
-from tests.helpers.random_counts import random_counting_formula
+from tests.helpers.words.random_counts import random_counting_formula
 from verify.data import parse_formula
 from verify.data.language.counting import atoms, written_out
 

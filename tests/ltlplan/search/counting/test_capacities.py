@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from ltlplan.search.counting.capacities import Room
-from tests.helpers.worlds import world
+from tests.helpers.missions.worlds import world
 from verify.data.shapes.region import Region
 
 APART = 0.4

@@ -24,12 +24,12 @@ from ltlplan.search.exact import assign
 from ltlplan.search.explanations.unsatisfiable_cores import NoPlan
 from ltlplan.systems.robot_systems import Systems
 from refine.coordination.meeting_orders import one_at_a_time
-from tests.helpers import apart_missions
-from tests.helpers.counted_halls import gathering
 from tests.helpers.few import few_of
-from tests.helpers.plain_team_words import at_once, holds
-from tests.helpers.random_counts import random_counting_formula
-from tests.helpers.worlds import world
+from tests.helpers.missions import apart_missions
+from tests.helpers.missions.counted_halls import gathering
+from tests.helpers.missions.worlds import world
+from tests.helpers.words.plain_team_words import at_once, holds
+from tests.helpers.words.random_counts import random_counting_formula
 from verify import check_team
 from verify.data import BadInput, Infeasible, parse_formula
 from verify.data.language.counting import atoms, written_out

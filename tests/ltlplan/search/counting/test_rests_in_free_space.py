@@ -12,7 +12,7 @@ from ltlplan.search.exact import assign
 from refine import refine
 from refine.single_robot.task import Pace
 from tests.helpers.few import few_of
-from tests.helpers.rooms_and_rests import STARTS, escort, shared_machine
+from tests.helpers.missions.rooms_and_rests import STARTS, escort, shared_machine
 from verify import judge
 from verify.data import Mission
 

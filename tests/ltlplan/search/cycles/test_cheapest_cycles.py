@@ -17,9 +17,9 @@ from ltlplan.search.exact import assign
 from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.transition_systems import TransitionSystem
 from tests.helpers.few import few_of
-from tests.helpers.short_laps import World, least_cost
-from tests.helpers.timelines import mission
-from tests.helpers.worlds import world
+from tests.helpers.missions.worlds import world
+from tests.helpers.words.short_laps import World, least_cost
+from tests.helpers.words.timelines import mission
 from verify.data import BadInput, Infeasible, Mission, Unsatisfiable
 
 OWN = (

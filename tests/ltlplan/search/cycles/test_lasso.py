@@ -18,7 +18,7 @@ from ltlplan.search.cycles.lasso import cheapest_lasso
 from ltlplan.search.cycles.team_readers import closes_at_once
 from ltlplan.systems.transition_systems import TransitionSystem
 from tests.helpers.few import few_of, given_few
-from tests.helpers.timelines import mission
+from tests.helpers.words.timelines import mission
 from tests.strategies import formulas, letters
 from verify.data import Formula, Word
 from verify.logic.semantics import satisfies

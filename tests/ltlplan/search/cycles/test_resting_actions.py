@@ -7,7 +7,7 @@ import math
 import pytest
 
 from ltlplan.search.exact import assign
-from tests.helpers.worlds import world
+from tests.helpers.missions.worlds import world
 from verify import check_word
 from verify.data import Unsatisfiable
 

@@ -17,8 +17,8 @@ from ltlplan.search.cycles.team_cycles import Stage
 from ltlplan.search.exact import assign
 from ltlplan.systems.transition_systems import TransitionSystem
 from tests.helpers.few import given_few
-from tests.helpers.timelines import mission
-from tests.helpers.worlds import world
+from tests.helpers.missions.worlds import world
+from tests.helpers.words.timelines import mission
 from verify.data import BadInput, Letter, Word
 from verify.logic.semantics import satisfies
 

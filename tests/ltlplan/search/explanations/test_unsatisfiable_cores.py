@@ -7,7 +7,7 @@ from ltlplan.missions import load_mission
 from ltlplan.search.exact import assign
 from ltlplan.search.explanations.unsatisfiable_cores import NoPlan
 from tests.helpers.few import given_few
-from tests.helpers.worlds import world
+from tests.helpers.missions.worlds import world
 from tests.strategies import formulas
 from verify.data import Formula, Mission, parse_formula
 

@@ -18,10 +18,10 @@ from ltlplan.search.team_planning import least_in_one_order, plan_team
 from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.transition_systems import TransitionSystem
 from ltlplan.systems.visit_words import word_of
-from tests.helpers.apart_missions import parcels
 from tests.helpers.few import few_of, given_few
-from tests.helpers.graphs import simple_words, systems, tasks
-from tests.helpers.worlds import world
+from tests.helpers.missions.apart_missions import parcels
+from tests.helpers.missions.worlds import world
+from tests.helpers.words.graphs import simple_words, systems, tasks
 from tests.strategies import formulas
 from verify import check_team
 from verify.data import Formula, Visit, Word

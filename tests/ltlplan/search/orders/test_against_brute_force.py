@@ -10,10 +10,10 @@ import pytest
 
 from ltlplan.search.exact import assign
 from tests.helpers.few import few_of
-from tests.helpers.linearisations import Event, Words, courses, events_of
-from tests.helpers.own_places import own_places
-from tests.helpers.plain_team_words import Held, holds
-from tests.helpers.random_teams import random_formula
+from tests.helpers.missions.own_places import own_places
+from tests.helpers.missions.random_teams import random_formula
+from tests.helpers.words.linearisations import Event, Words, courses, events_of
+from tests.helpers.words.plain_team_words import Held, holds
 from verify import check_ordered, check_team
 from verify.data import Formula, Letter, Plan, RobotPlan, Unsatisfiable
 from verify.data.language.formula_reader import parse_formula

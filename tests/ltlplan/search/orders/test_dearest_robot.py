@@ -9,10 +9,10 @@ from random import Random
 import pytest
 
 from ltlplan.search.exact import assign
-from tests.helpers.linearisations import courses
-from tests.helpers.own_places import own_places
-from tests.helpers.plain_team_words import holds
-from tests.helpers.worlds import PLACES, STARTS
+from tests.helpers.missions.own_places import own_places
+from tests.helpers.missions.worlds import PLACES, STARTS
+from tests.helpers.words.linearisations import courses
+from tests.helpers.words.plain_team_words import holds
 from tests.ltlplan.search.orders.test_against_brute_force import TEAMS, read_plainly, words_of
 from verify import check_ordered
 from verify.data import Formula, Letter, Unsatisfiable

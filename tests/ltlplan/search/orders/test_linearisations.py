@@ -9,8 +9,8 @@ import pytest
 from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.search.counting.counting_propositions import Marks
 from ltlplan.search.orders.linearisations import Linearisations
-from tests.helpers.linearisations import events_of
-from tests.helpers.random_teams import random_formula
+from tests.helpers.missions.random_teams import random_formula
+from tests.helpers.words.linearisations import events_of
 from verify import check_ordered
 from verify.data import Formula, parse_formula
 from verify.data.language.counting import atoms

@@ -14,7 +14,7 @@ from ltlplan.search.exact import _no_plan, under_precedences  # pyright: ignore[
 from ltlplan.search.orders import planning
 from ltlplan.search.orders.planning import OrderedTeam
 from ltlplan.search.problem import Problem
-from tests.helpers.own_places import own_places
+from tests.helpers.missions.own_places import own_places
 from tests.ltlplan.search.orders.test_against_brute_force import TEAMS
 from tests.ltlplan.search.orders.test_dearest_robot import PARTS
 from verify import check_planned_order

@@ -12,8 +12,8 @@ from ltlplan.search.counting.counting_propositions import Marks
 from ltlplan.search.orders.planning import OrderedTeam
 from ltlplan.systems.robot_systems import Systems
 from tests.helpers.few import few_of
-from tests.helpers.own_places import own_places
-from tests.helpers.worlds import world
+from tests.helpers.missions.own_places import own_places
+from tests.helpers.missions.worlds import world
 from verify import check_team
 from verify.data import Plan, Unsatisfiable, parse_mission
 from verify.trace_checking.planned_order import check_planned_order

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from ltlplan.search.orders.planned_words import hold_under_precedences, with_planned_waits
-from tests.helpers.worlds import world
+from tests.helpers.missions.worlds import world
 from verify.data import Plan, RobotPlan, Unsatisfiable, Visit, Waypoint, Word
 from verify.trace_checking.planned_order import check_planned_order
 

@@ -16,7 +16,7 @@ from ltlplan.missions import shipped_mission_text, shipped_missions
 from ltlplan.service.api.schema import MISSION_EXAMPLE
 from ltlplan.service.client_parts.job_handle import Submitted
 from tests.helpers.few import few_of
-from tests.helpers.services import ONE_HOOP
+from tests.helpers.serving.services import ONE_HOOP
 from verify.data import parse_mission
 from verify.data.shapes.region_shapes import REGION_SHAPES
 from verify.kernel import VERSION

@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from ltlplan.service.client_parts.job_handle import Submitted
-from tests.helpers.services import Served
+from tests.helpers.serving.services import Served
 
 SAME_WORK = ("/archive", "/recheck", "/exports")
 """Routes that do a second of work, and the same whatever is asked of them: fewer examples say as much."""

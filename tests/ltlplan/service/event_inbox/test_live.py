@@ -20,7 +20,7 @@ from ltlplan.service.event_inbox.names import parts_of
 from ltlplan.service.problems import NotFound
 from ltlplan.service.security.tokens import Tokens
 from tests.helpers.few import few_of
-from tests.helpers.services import Served, serving, start
+from tests.helpers.serving.services import Served, serving, start
 from verify.data import BadInput
 from verify.data.events import RobotLeaves
 

@@ -8,7 +8,7 @@ import pytest
 
 from ltlplan.online.live.executors import NoAnswer
 from ltlplan.service.execution.background_executor import Beside
-from tests.helpers import work_for_workers as work
+from tests.helpers.serving import work_for_workers as work
 from verify.data import MissionError
 
 

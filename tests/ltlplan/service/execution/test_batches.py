@@ -14,9 +14,9 @@ import ltlplan
 from ltlplan.service.execution.batches import RECORD, exit_code, run_batch
 from ltlplan.service.execution.clusters import Cluster, ClusterError
 from ltlplan.service.execution.workers import LocalWorkers
-from tests.helpers.clusters import local_cluster
 from tests.helpers.few import few_of
-from tests.helpers.flights import small_mission
+from tests.helpers.motion.flights import small_mission
+from tests.helpers.serving.clusters import local_cluster
 from verify.data import BadInput, mission_to_yaml
 
 

@@ -15,13 +15,13 @@ from ltlplan.service.execution.clusters import Cluster, ClusterError
 from ltlplan.service.execution.resource_limits import OutOfMemory
 from ltlplan.service.execution.stages import Outcome, mission_bytes, run_stage
 from ltlplan.service.provenance import here
-from tests.helpers import work_for_workers as work
-from tests.helpers.clusters import LocalCluster, local_cluster
 from tests.helpers.few import few_of
-from tests.helpers.flights import small_mission
-from tests.helpers.stand_ins import flight as made_flight
-from tests.helpers.stand_ins import stand_in
-from tests.helpers.waiting import is_gone, pid_in, until
+from tests.helpers.motion.flights import small_mission
+from tests.helpers.motion.stand_ins import flight as made_flight
+from tests.helpers.motion.stand_ins import stand_in
+from tests.helpers.serving import work_for_workers as work
+from tests.helpers.serving.clusters import LocalCluster, local_cluster
+from tests.helpers.serving.waiting import is_gone, pid_in, until
 from verify.data import MissionError
 from verify.data.progress import silent
 

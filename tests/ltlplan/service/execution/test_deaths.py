@@ -15,10 +15,10 @@ from ltlplan.service.execution.background_executor import Beside
 from ltlplan.service.execution.resource_limits import WorkerDied
 from ltlplan.service.execution.worker_process import warm_up
 from ltlplan.service.execution.workers import TRIES, LocalWorkers
-from tests.helpers import work_for_workers as work
 from tests.helpers.few import few_of
-from tests.helpers.process_trees import fork_servers, kill
-from tests.helpers.waiting import until
+from tests.helpers.serving import work_for_workers as work
+from tests.helpers.serving.process_trees import fork_servers, kill
+from tests.helpers.serving.waiting import until
 
 PATIENCE = 300.0
 """s that an answer may take: many times what an idle machine needs."""

@@ -19,7 +19,7 @@ from ltlplan.service.execution import stages
 from ltlplan.service.execution.serialization import fields_of, from_bytes, stored_classes, to_bytes
 from ltlplan.service.execution.stages import mission_bytes, run_stage
 from tests.helpers.few import few_of
-from tests.helpers.flights import small_mission
+from tests.helpers.motion.flights import small_mission
 from verify.data import Mission, Plan, Trajectory, Witness
 from verify.data.obstruction import Obstruction
 from verify.data.plan import Hover, Precedence

@@ -15,8 +15,8 @@ from ltlplan.service.execution.batches import RECORD, run_batch
 from ltlplan.service.execution.clusters import Cluster
 from ltlplan.service.execution.workers import LocalWorkers
 from ltlplan.service.models import ONLY_OF_JOBS
-from tests.helpers.clusters import local_cluster
-from tests.helpers.job_services import ended, run, service
+from tests.helpers.serving.clusters import local_cluster
+from tests.helpers.serving.job_services import ended, run, service
 from verify import recheck
 from verify.data.progress import silent
 

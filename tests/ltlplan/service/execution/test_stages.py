@@ -19,7 +19,7 @@ from ltlplan.replanning import cuts
 from ltlplan.service.execution.serialization import from_bytes, to_bytes
 from ltlplan.service.execution.stages import Outcome, mission_bytes, plan_of, run_stage, share_after
 from tests.helpers.few import few_of
-from tests.helpers.flights import small_mission
+from tests.helpers.motion.flights import small_mission
 from verify.data import InternalError, Mission, Trajectory
 from verify.data.progress import silent
 

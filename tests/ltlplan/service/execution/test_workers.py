@@ -13,8 +13,8 @@ import pytest
 
 from ltlplan.service.execution.resource_limits import LimitReached, OutOfMemory, OutOfTime, WorkerDied
 from ltlplan.service.execution.workers import LocalWorkers
-from tests.helpers import work_for_workers as work
-from tests.helpers.waiting import is_gone, pid_in, until
+from tests.helpers.serving import work_for_workers as work
+from tests.helpers.serving.waiting import is_gone, pid_in, until
 from verify.data import BadInput, InternalError, MissionError
 
 PATIENCE = 300.0

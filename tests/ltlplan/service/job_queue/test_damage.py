@@ -16,7 +16,7 @@ from ltlplan.service.job_queue.store import Damaged, Store
 from ltlplan.service.models import Job
 from ltlplan.service.service import places
 from tests.helpers.few import few_of
-from tests.helpers.job_services import SMALL, begun, ended, run, service
+from tests.helpers.serving.job_services import SMALL, begun, ended, run, service
 
 pytestmark = pytest.mark.xdist_group("service")
 

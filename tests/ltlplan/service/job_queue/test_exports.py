@@ -14,7 +14,7 @@ from ltlplan.service.execution.exporting import ExportAsked
 from ltlplan.service.job_queue.jobs import Jobs
 from ltlplan.service.models import Job
 from ltlplan.service.problems import Conflict, NotFound
-from tests.helpers.job_services import SMALL, ended, run, service
+from tests.helpers.serving.job_services import SMALL, ended, run, service
 
 pytestmark = pytest.mark.xdist_group("service")
 CSV = ExportAsked("crazyflie")

@@ -15,9 +15,9 @@ from ltlplan.service.execution.workers import LocalWorkers, WorkFuture
 from ltlplan.service.job_queue.jobs import Jobs
 from ltlplan.service.problems import TooManyRequests
 from ltlplan.service.settings import Limits, Settings
-from tests.helpers.flights import small_mission
-from tests.helpers.job_services import ended, run
-from tests.helpers.work_for_workers import stand_in_stage
+from tests.helpers.motion.flights import small_mission
+from tests.helpers.serving.job_services import ended, run
+from tests.helpers.serving.work_for_workers import stand_in_stage
 
 pytestmark = pytest.mark.xdist_group("service")
 

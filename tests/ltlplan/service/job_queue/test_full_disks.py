@@ -16,8 +16,8 @@ from dbos._migration import sqlite_migrations
 from ltlplan.service.job_queue import runner
 from ltlplan.service.job_queue.store import NoRoom
 from tests.helpers.few import few_of
-from tests.helpers.flights import small_mission
-from tests.helpers.job_services import begun, ended, run, service
+from tests.helpers.motion.flights import small_mission
+from tests.helpers.serving.job_services import begun, ended, run, service
 from verify.data import BadInput
 
 pytestmark = pytest.mark.xdist_group("service")

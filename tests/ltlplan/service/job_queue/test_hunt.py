@@ -19,10 +19,10 @@ from ltlplan.missions import shipped_mission_text
 from ltlplan.service.client_parts.job_handle import Submitted
 from ltlplan.service.execution.resource_limits import WorkerDied
 from ltlplan.service.models import ENDED, Health
-from tests.helpers.postgres import Server, postgres_server
-from tests.helpers.process_trees import FORK_SERVER, children, command_line, kill, tree
-from tests.helpers.services import ONE_HOOP, Served, start
-from tests.helpers.waiting import is_gone, until
+from tests.helpers.serving.postgres import Server, postgres_server
+from tests.helpers.serving.process_trees import FORK_SERVER, children, command_line, kill, tree
+from tests.helpers.serving.services import ONE_HOOP, Served, start
+from tests.helpers.serving.waiting import is_gone, until
 
 pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("service")]
 

@@ -19,8 +19,8 @@ from ltlplan.service.job_queue.jobs import Jobs
 from ltlplan.service.models import Health
 from ltlplan.service.settings import Settings
 from tests.helpers.few import few_of
-from tests.helpers.flights import small_mission
-from tests.helpers.job_services import ended, run, service
+from tests.helpers.motion.flights import small_mission
+from tests.helpers.serving.job_services import ended, run, service
 
 pytestmark = pytest.mark.xdist_group("service")
 

@@ -20,8 +20,8 @@ from ltlplan.service.models import ENDED
 from ltlplan.service.problems import Conflict, NotFound, TooManyRequests
 from ltlplan.service.settings import Limits
 from tests.helpers.few import few_of
-from tests.helpers.flights import small_mission
-from tests.helpers.job_services import SMALL, begun, ended, heard, run, service
+from tests.helpers.motion.flights import small_mission
+from tests.helpers.serving.job_services import SMALL, begun, ended, heard, run, service
 from verify.data import BadInput, Mission
 
 pytestmark = pytest.mark.xdist_group("service")

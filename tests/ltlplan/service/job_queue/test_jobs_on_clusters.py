@@ -12,7 +12,7 @@ from ltlplan.service.execution.clusters import Cluster
 from ltlplan.service.job_queue.jobs import Jobs
 from ltlplan.service.models import Job
 from ltlplan.service.settings import Settings
-from tests.helpers.clusters import LocalCluster
+from tests.helpers.serving.clusters import LocalCluster
 
 pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("service")]
 

@@ -19,7 +19,7 @@ import pytest
 
 import ltlplan
 from ltlplan.service.job_queue.store import Store
-from tests.helpers.jobs_process import MISSION, NOTES
+from tests.helpers.serving.jobs_process import MISSION, NOTES
 
 pytestmark = pytest.mark.xdist_group("service")
 
@@ -28,7 +28,7 @@ Stage = tuple[str, str]
 
 
 def start(data: Path, seeds: int) -> subprocess.Popen[bytes]:
-    command = [sys.executable, "-m", "tests.helpers.jobs_process", str(data), str(seeds)]
+    command = [sys.executable, "-m", "tests.helpers.serving.jobs_process", str(data), str(seeds)]
     return subprocess.Popen(command, cwd=ROOT, env={**os.environ, "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"})
 
 

@@ -15,13 +15,13 @@ import pytest
 
 from ltlplan import Client
 from ltlplan.service.problems import Conflict
-from tests.helpers.flights import small_mission
-from tests.helpers.job_services import begun, ended, heard, run, service
-from tests.helpers.jobs_process import NOTES
-from tests.helpers.postgres import USER, Server
-from tests.helpers.process_trees import command_line, environment_of, tree
-from tests.helpers.services import ONE_HOOP
-from tests.helpers.waiting import until
+from tests.helpers.motion.flights import small_mission
+from tests.helpers.serving.job_services import begun, ended, heard, run, service
+from tests.helpers.serving.jobs_process import NOTES
+from tests.helpers.serving.postgres import USER, Server
+from tests.helpers.serving.process_trees import command_line, environment_of, tree
+from tests.helpers.serving.services import ONE_HOOP
+from tests.helpers.serving.waiting import until
 from verify.data import BadInput
 
 pytestmark = pytest.mark.xdist_group("service")
@@ -81,7 +81,7 @@ def test_a_killed_service_goes_on(server: Server, tmp_path: Path) -> None:
     root = Path(__file__).parents[4]
 
     def start() -> subprocess.Popen[bytes]:
-        command = [sys.executable, "-m", "tests.helpers.jobs_process", str(data), "2", url]
+        command = [sys.executable, "-m", "tests.helpers.serving.jobs_process", str(data), "2", url]
         return subprocess.Popen(command, cwd=root, env={**os.environ, "PYTHONPATH": str(root), "OMP_NUM_THREADS": "1"})
 
     def noted() -> str:

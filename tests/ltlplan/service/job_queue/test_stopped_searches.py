@@ -16,9 +16,9 @@ from ltlplan.service.job_queue.jobs import Jobs
 from ltlplan.service.models import Job
 from ltlplan.service.problems import Conflict
 from ltlplan.service.settings import Settings
-from tests.helpers.flights import small_mission
-from tests.helpers.job_services import begun, ended, run, service
-from tests.helpers.work_for_workers import search_until_ended
+from tests.helpers.motion.flights import small_mission
+from tests.helpers.serving.job_services import begun, ended, run, service
+from tests.helpers.serving.work_for_workers import search_until_ended
 
 pytestmark = pytest.mark.xdist_group("service")
 

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.helpers.live_feeds import FedFlight, fed, watching
-from tests.helpers.services import Served
+from tests.helpers.live.live_feeds import FedFlight, fed, watching
+from tests.helpers.serving.services import Served
 
 
 @pytest.fixture

@@ -16,9 +16,9 @@ import pytest
 from flight.link.stop_orders import Level
 from flight.logs.log import Event
 from ltlplan.service.client_parts import flight_feed
-from tests.helpers.live_feeds import FedFlight, watching
-from tests.helpers.services import Served
-from tests.helpers.waiting import until
+from tests.helpers.live.live_feeds import FedFlight, watching
+from tests.helpers.serving.services import Served
+from tests.helpers.serving.waiting import until
 
 
 def process_of(flight: FedFlight) -> int:
@@ -86,7 +86,7 @@ def test_one_that_ends_again_and_again_is_given_up_and_the_flight_hears_so(
 
 _FLIGHT = """
 import sys, time
-from tests.helpers.live_feeds import fed
+from tests.helpers.live.live_feeds import fed
 with fed(sys.argv[1]) as flight:
     print(flight.feed.process, flush=True)
     time.sleep(60)

@@ -15,8 +15,8 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
 from flight.link.stop_orders import Level
-from tests.helpers.live_feeds import fed, watching
-from tests.helpers.services import Served, resident_megabytes
+from tests.helpers.live.live_feeds import fed, watching
+from tests.helpers.serving.services import Served, resident_megabytes
 
 NAMES = (
     "x",

@@ -19,9 +19,9 @@ from websockets.sync.client import connect
 from flight.link.stop_orders import Level
 from ltlplan.service.live_view.messages import FRESH, StopOrder
 from ltlplan.service.security.tokens import Tokens
-from tests.helpers.live_feeds import FedFlight, Network, fed, watching
-from tests.helpers.services import Served, serving
-from tests.helpers.waiting import until
+from tests.helpers.live.live_feeds import FedFlight, Network, fed, watching
+from tests.helpers.serving.services import Served, serving
+from tests.helpers.serving.waiting import until
 
 
 def run_of(url: str, name: str) -> int:

@@ -19,9 +19,9 @@ import httpx
 import pytest
 
 from tests.browser.devtools import CHROMIUM
-from tests.helpers.live_feeds import Network, Watching, watching
-from tests.helpers.process_trees import command_line, kill, tree
-from tests.helpers.services import Served, serving
+from tests.helpers.live.live_feeds import Network, Watching, watching
+from tests.helpers.serving.process_trees import command_line, kill, tree
+from tests.helpers.serving.services import Served, serving
 
 SECONDS = float(os.environ.get("LTLPLAN_LIVE_SECONDS", "60"))
 """s that things go wrong for."""
@@ -32,7 +32,7 @@ LEVELS = {"hold": ("hold", "land", "stop"), "land": ("land", "stop")}
 @contextmanager
 def flying(address: str) -> Generator[subprocess.Popen[str]]:
     """Have ten robots in the air, in a process of their own, until they are stopped."""
-    command = [sys.executable, "-m", "tests.helpers.ten_robots", str(SECONDS + 240.0), address]
+    command = [sys.executable, "-m", "tests.helpers.live.ten_robots", str(SECONDS + 240.0), address]
     flight = subprocess.Popen(command, cwd=Path(__file__).parents[4], stdout=subprocess.PIPE, text=True)
     assert flight.stdout is not None
     try:

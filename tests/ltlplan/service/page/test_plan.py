@@ -22,7 +22,7 @@ from ltlplan.service.page.plan import plan_tab  # noqa: E402
 from ltlplan.service.page.session_state import Desk  # noqa: E402
 from ltlplan.service.people.roles import Principal, Role  # noqa: E402
 from ltlplan.service.settings import Limits  # noqa: E402
-from tests.helpers.services import ONE_HOOP  # noqa: E402
+from tests.helpers.serving.services import ONE_HOOP  # noqa: E402
 from verify.data import Mission, parse_mission  # noqa: E402
 
 QUEUED = Job(id="a-1", mission="firefighting", submitted="2026-01-01T00:00:00+00:00")

@@ -16,7 +16,7 @@ from ltlplan import Client
 from ltlplan.service.client_parts.job_handle import Submitted
 from ltlplan.service.problems import NotFound
 from ltlplan.service.recordings import kept_name
-from tests.helpers.services import ONE_HOOP
+from tests.helpers.serving.services import ONE_HOOP
 from verify.data import BadInput
 from verify.run_folder import proved_run
 

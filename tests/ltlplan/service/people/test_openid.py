@@ -19,7 +19,7 @@ from ltlplan.service.people.people import People
 from ltlplan.service.people.roles import Role
 from ltlplan.service.problems import Busy, NotAuthenticated
 from ltlplan.service.settings import OpenIdSettings
-from tests.helpers.openid_provider import CLIENT, SECRET, Provider
+from tests.helpers.serving.openid_provider import CLIENT, SECRET, Provider
 from verify.data import BadInput
 
 ISSUER = "https://id.lab.example"

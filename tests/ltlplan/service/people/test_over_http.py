@@ -30,8 +30,8 @@ from ltlplan.service.security.tokens import Tokens
 from ltlplan.service.server import put_together
 from ltlplan.service.settings import Limits, OpenIdSettings, Rate, Settings
 from tests.helpers.few import few_of
-from tests.helpers.openid_provider import CLIENT, SECRET, Provider
-from tests.helpers.services import ONE_HOOP, serving
+from tests.helpers.serving.openid_provider import CLIENT, SECRET, Provider
+from tests.helpers.serving.services import ONE_HOOP, serving
 from verify.data import Unsatisfiable, parse_mission
 
 STORED = Path(__file__).parent.parent / "stored" / "data-0.2.0.tar.xz"

@@ -17,7 +17,7 @@ from ltlplan.service.models import Job
 from ltlplan.service.queries import varied_missions
 from ltlplan.service.study_models import Figures, Study, StudyMember
 from ltlplan.service.views.plots import study_plot
-from tests.helpers.services import ONE_HOOP, serving, start
+from tests.helpers.serving.services import ONE_HOOP, serving, start
 from verify.data import BadInput, MissionError
 from verify.data.progress import silent
 

@@ -31,7 +31,7 @@ from ltlplan.service.people.webhooks import KEY, TRIES
 from ltlplan.service.problems import Forbidden, NotFound
 from ltlplan.service.storage.backups import DATABASES
 from ltlplan.service.webhook_sender import Allowed, Sender
-from tests.helpers.services import serving
+from tests.helpers.serving.services import serving
 from verify.data import BadInput
 
 ALICE, EVE = Principal("alice", Role.planner), Principal("eve", Role.viewer)

@@ -24,8 +24,8 @@ from ltlplan.service.people.people import People
 from ltlplan.service.people.roles import Role
 from ltlplan.service.security.asker import COOKIE
 from ltlplan.service.security.tokens import Tokens
-from tests.helpers.services import ONE_HOOP, serving
-from tests.helpers.waiting import until
+from tests.helpers.serving.services import ONE_HOOP, serving
+from tests.helpers.serving.waiting import until
 
 pytestmark = pytest.mark.xdist_group("service")
 

@@ -14,7 +14,7 @@ import pytest
 from websockets.sync.client import connect
 
 from ltlplan.service.security.tokens import Tokens
-from tests.helpers.services import ONE_HOOP, Served, serving
+from tests.helpers.serving.services import ONE_HOOP, Served, serving
 
 pytestmark = pytest.mark.slow
 

@@ -12,7 +12,7 @@ import h11
 import httpx
 import pytest
 
-from tests.helpers.services import Served, resident_megabytes
+from tests.helpers.serving.services import Served, resident_megabytes
 
 GROWTH = 150.0
 """MB that the service may hold more after any number of hostile requests: what was read last, and parsers that are loaded by now."""

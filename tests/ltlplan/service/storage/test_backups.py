@@ -26,7 +26,7 @@ from ltlplan.service.people.roles import Role
 from ltlplan.service.security.tokens import Tokens
 from ltlplan.service.storage.backups import MANIFEST, back_up, restore
 from ltlplan.service.storage.deletion_pause import deleting, paused
-from tests.helpers.services import ONE_HOOP, serving, submitting
+from tests.helpers.serving.services import ONE_HOOP, serving, submitting
 from verify.data import BadInput
 
 STORED = Path(__file__).parent.parent / "stored" / "data-0.2.0.tar.xz"

@@ -13,10 +13,10 @@ from typer.testing import CliRunner
 from ltlplan import Client
 from ltlplan.cli import app
 from ltlplan.service.storage.backups import back_up, restore
-from tests.helpers.flights import small_mission
-from tests.helpers.job_services import ended, heard, run, service
-from tests.helpers.postgres import Server
-from tests.helpers.services import ONE_HOOP, serving, submitting
+from tests.helpers.motion.flights import small_mission
+from tests.helpers.serving.job_services import ended, heard, run, service
+from tests.helpers.serving.postgres import Server
+from tests.helpers.serving.services import ONE_HOOP, serving, submitting
 from verify.data import BadInput
 
 pytestmark = pytest.mark.xdist_group("service")

@@ -25,7 +25,7 @@ from ltlplan.service.people.user_jobs import UserJobs
 from ltlplan.service.security.tokens import Tokens
 from ltlplan.service.settings import Limits, Settings
 from ltlplan.service.storage.retention import Retention, Swept, before, kept_until
-from tests.helpers.job_services import SMALL, ended, run
+from tests.helpers.serving.job_services import SMALL, ended, run
 
 pytestmark = pytest.mark.xdist_group("service")
 

@@ -5,7 +5,7 @@ import pytest
 from ltlplan import Mission, load_mission, parse_mission
 from ltlplan.missions import shipped_mission_text
 from ltlplan.service.views.formulas import automaton_states, in_words, known_names, part_automata
-from tests.helpers.timelines import mission as by_hand
+from tests.helpers.words.timelines import mission as by_hand
 
 
 def _asking(formula: str) -> Mission:

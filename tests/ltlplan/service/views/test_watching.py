@@ -10,7 +10,7 @@ import ltlplan
 from ltlplan.report.summary import claim_rows
 from ltlplan.service.views.watching import watch_json
 from refine import refine
-from tests.helpers.plans_by_hand import sequence_plan
+from tests.helpers.motion.plans_by_hand import sequence_plan
 from verify import judge
 from verify.checked_claims import with_words
 

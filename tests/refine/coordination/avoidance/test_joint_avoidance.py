@@ -14,7 +14,7 @@ from refine.coordination.avoidance.joint_bending import Beginning, bend_apart
 from refine.corridor.fitting import fit
 from refine.corridor.planned import corridor_of
 from refine.single_robot.task import Pace
-from tests.helpers.plans_by_hand import ball, straight
+from tests.helpers.motion.plans_by_hand import ball, straight
 from verify.data import Infeasible, Mission, Plan, RobotPlan, Trajectory
 from verify.data.sections import Agent, Box, Spec
 from verify.data.validation.spacing import Spacing

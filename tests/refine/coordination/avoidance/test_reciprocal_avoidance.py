@@ -13,7 +13,7 @@ from refine.corridor.fitting import fit
 from refine.corridor.planned import corridor_of
 from refine.single_robot.task import Pace
 from tests.helpers.few import few_of
-from tests.helpers.plans_by_hand import ball, straight
+from tests.helpers.motion.plans_by_hand import ball, straight
 from verify.data import Infeasible, Mission, Plan, RobotPlan, Trajectory
 from verify.data.sections import Agent, Box, Spec
 from verify.data.shapes.region import Region

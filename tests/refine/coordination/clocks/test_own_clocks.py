@@ -22,8 +22,8 @@ from refine.feedback import feedback_of
 from refine.single_robot.flight import robot_flight
 from refine.single_robot.task import Pace, Problem, RefinementOptions, RobotFlight, unheard
 from tests.benchmarks.scale import swaps
-from tests.helpers.counted_halls import abreast, gathering, hall, longest_alone
 from tests.helpers.few import few_of, given_few
+from tests.helpers.missions.counted_halls import abreast, gathering, hall, longest_alone
 
 _SHOW = """
 format: 1

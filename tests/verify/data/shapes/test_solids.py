@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from ltlplan.missions.notes import notes_of
-from tests.helpers.solids import random_solid
+from tests.helpers.motion.solids import random_solid
 from verify.data import BadInput, MissionError, mission_to_yaml, parse_mission
 from verify.data.shapes.region import Region
 

@@ -7,7 +7,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from tests.helpers.flights import legs, small_mission
+from tests.helpers.motion.flights import legs, small_mission
 from verify.data import Mission, Trajectory
 from verify.data.validation.clocks import clock_error_of, since_common_start
 

@@ -7,7 +7,7 @@ import pytest
 
 from refine.corridor.passage_room import room_in_region
 from tests.helpers.few import few_of
-from tests.helpers.gates import SHAPES, gate, gate_of
+from tests.helpers.missions.gates import SHAPES, gate, gate_of
 from verify.data import mission_to_yaml, parse_mission
 
 

@@ -8,9 +8,9 @@ from random import Random
 import pytest
 
 from tests.helpers.few import few_of
-from tests.helpers.plain_word_judge import plainly
-from tests.helpers.random_teams import random_formula, random_timeline
-from tests.helpers.timelines import APART, mission, timeline
+from tests.helpers.missions.random_teams import random_formula, random_timeline
+from tests.helpers.words.plain_word_judge import plainly
+from tests.helpers.words.timelines import APART, mission, timeline
 from verify.data import InternalError, Word
 from verify.logic.normal_form import conjuncts, normal_form
 from verify.logic.progression import OutOfBudget

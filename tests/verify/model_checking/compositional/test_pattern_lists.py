@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from tests.helpers.plain_word_judge import plainly
+from tests.helpers.words.plain_word_judge import plainly
 from verify.data import Formula, FormulaError, Mission, parse_formula
 from verify.model_checking.timeline import Change, Enclosure, Relations, Timeline
 from verify.model_checking.word_claims import judge_formula

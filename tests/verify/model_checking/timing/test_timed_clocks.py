@@ -11,7 +11,7 @@ from fractions import Fraction
 import pytest
 
 from tests.helpers.few import few_of
-from tests.helpers.timed_signals import Cells, drawn_formula, truth, truth_for_ever
+from tests.helpers.words.timed_signals import Cells, drawn_formula, truth, truth_for_ever
 from verify.data.language.formula import Formula
 from verify.model_checking.timeline import Change, Enclosure, Relations, Status, Timeline
 from verify.model_checking.timing.timed_verdict import TimedJudge

@@ -6,7 +6,7 @@ import random
 
 import pytest
 
-from tests.helpers.timed_signals import drawn_formula, drawn_signal, truth
+from tests.helpers.words.timed_signals import drawn_formula, drawn_signal, truth
 from verify.data.language.formula import TRUE
 from verify.data.language.formula_reader import parse_formula
 from verify.data.language.relaxation import relaxed

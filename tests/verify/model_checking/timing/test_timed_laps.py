@@ -10,8 +10,8 @@ from fractions import Fraction
 import pytest
 
 from tests.helpers.few import few_of
-from tests.helpers.timed_signals import Cells, drawn_formula, drawn_signal, truth_for_ever
-from tests.helpers.timelines import mission
+from tests.helpers.words.timed_signals import Cells, drawn_formula, drawn_signal, truth_for_ever
+from tests.helpers.words.timelines import mission
 from verify.data.language.formula import TEMPORAL, Formula
 from verify.data.language.formula_reader import parse_formula
 from verify.logic.verdict import Verdict

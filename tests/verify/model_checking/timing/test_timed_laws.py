@@ -9,7 +9,7 @@ from fractions import Fraction
 import pytest
 
 from tests.helpers.few import few_of
-from tests.helpers.timed_signals import drawn_formula, drawn_signal, truth, truth_for_ever
+from tests.helpers.words.timed_signals import drawn_formula, drawn_signal, truth, truth_for_ever
 from verify.data.language.formula import Formula
 from verify.data.language.relaxation import relaxed
 from verify.model_checking.timeline import Change, Enclosure, Relations, Status, Timeline

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 import ltlplan
 from ltlplan.pipeline import Certified, certified_team
-from tests.helpers.timed_rooms import room
-from tests.helpers.timed_signals import drawn_formula
+from tests.helpers.missions.timed_rooms import room
+from tests.helpers.words.timed_signals import drawn_formula
 from verify import judge
 from verify.data.language.formula import Formula
 

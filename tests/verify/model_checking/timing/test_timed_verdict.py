@@ -11,7 +11,7 @@ from fractions import Fraction
 import pytest
 
 from tests.helpers.few import few_of
-from tests.helpers.timed_signals import drawn_formula, drawn_signal, truth
+from tests.helpers.words.timed_signals import drawn_formula, drawn_signal, truth
 from verify.data.files.mission_file import parse_mission
 from verify.data.language.formula import Formula
 from verify.data.language.formula_reader import parse_formula

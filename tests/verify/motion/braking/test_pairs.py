@@ -8,8 +8,8 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from tests.helpers.braking import brakes, closest, random_team
-from tests.helpers.stand_ins import hover, rest_to_rest
+from tests.helpers.motion.braking import brakes, closest, random_team
+from tests.helpers.motion.stand_ins import hover, rest_to_rest
 from verify.data import BadInput, Mission, Trajectory, parse_mission
 from verify.motion.braking.pairs import Meeting, closest_braking
 from verify.motion.paths import read_team

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.helpers.braking import brakes
 from tests.helpers.few import few_of
-from tests.helpers.solid_distances import distances
-from tests.helpers.solids import random_solid
-from tests.helpers.stand_ins import hover, minimum_snap
+from tests.helpers.motion.braking import brakes
+from tests.helpers.motion.solid_distances import distances
+from tests.helpers.motion.solids import random_solid
+from tests.helpers.motion.stand_ins import hover, minimum_snap
 from verify.data import Mission, Trajectory
 from verify.motion.braking.closed_regions import ClosedRegions
 from verify.motion.braking.surroundings import Braking, Nearness, Surrounding

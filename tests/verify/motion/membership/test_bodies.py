@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.helpers.flights import legs, small_mission, wandering
-from tests.helpers.solids import Holds, box, cylinder, ellipsoid, prism, random_solid, union
+from tests.helpers.motion.flights import legs, small_mission, wandering
+from tests.helpers.motion.solids import Holds, box, cylinder, ellipsoid, prism, random_solid, union
 from verify.data.mission import Mission
 from verify.data.shapes.inequalities import turned
 from verify.data.shapes.region import Region

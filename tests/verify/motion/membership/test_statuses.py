@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from tests.helpers.few import few_of
-from tests.helpers.flights import legs, plan_of, quantised, small_mission, wandering
-from tests.helpers.second_reading import compare, crossings, inside, membership
+from tests.helpers.motion.flights import legs, plan_of, quantised, small_mission, wandering
+from tests.helpers.words.second_reading import compare, crossings, inside, membership
 from verify.data.shapes.region import Region
 from verify.data.trajectory import Trajectory
 from verify.motion.membership.polynomials import membership_polynomials

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tests.helpers.few import few_of
-from tests.helpers.solid_distances import distances
-from tests.helpers.solids import random_solid
+from tests.helpers.motion.solid_distances import distances
+from tests.helpers.motion.solids import random_solid
 from verify.data.shapes.conditions import HalfSpace, condition
 from verify.data.shapes.nearest import surface_of
 from verify.data.shapes.obstacle import Obstacle

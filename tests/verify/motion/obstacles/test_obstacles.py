@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from tests.helpers.few import few_of
-from tests.helpers.plans_by_hand import straight
-from tests.helpers.solid_distances import distances
-from tests.helpers.solids import random_solid
+from tests.helpers.motion.plans_by_hand import straight
+from tests.helpers.motion.solid_distances import distances
+from tests.helpers.motion.solids import random_solid
 from verify.claims.claim import Claim
 from verify.claims.evidence import Evidence
 from verify.claims.obstacle_claims import obstacle_claims
