@@ -49,7 +49,7 @@ def test_a_study_is_begun_followed_and_two_of_its_results_compared(chromium: Any
 def test_without_studies_the_page_says_how_one_begins(chromium: Any, address: str) -> None:
     visitor = Visitor(chromium, address, width=390, dark=True)
     visitor.open("/compare")
-    visitor.wait("document.querySelector('.comparing .empty')")
+    visitor.wait("window.socket?.connected")
     visitor.page.get_by_label("Search studies").fill("no such study")
     visitor.page.get_by_text("No study has this").wait_for()
     seen = visitor.page.locator("#compare-tab").bounding_box()
