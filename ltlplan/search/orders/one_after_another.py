@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 from ltlplan.logic.budget import Budget
 from ltlplan.search.numbering import Numbers
 from ltlplan.search.orders.helped_robots import HelpedRobots
-from ltlplan.search.orders.reading import Course, Nodes, is_event
+from ltlplan.search.orders.reading import Course, Events, Nodes
 from ltlplan.search.orders.state_sets import Known, Reading, Shown
 from ltlplan.search.reduced_graph import staying
 from ltlplan.search.team_reading import UNREACHABLE, Step, TeamReading, complete, least_sum
@@ -34,7 +34,7 @@ class OneAfterAnother(TeamReading):
     ties = "farthest"
 
     def __init__(self, systems: Sequence[TransitionSystem], shown: Sequence[Sequence[Shown]], reading: Reading) -> None:
-        self._systems, self._shown, self._reading = systems, shown, reading
+        self._events = Events(systems, shown, reading)
         self._flying = HelpedRobots(systems, shown, reading)
         self._landed = HelpedRobots([staying(system) for system in systems], shown, reading)
         self._standing: list[dict[object, int]] = [{} for _ in systems]
@@ -62,33 +62,27 @@ class OneAfterAnother(TeamReading):
 
     def begin(self) -> int | None:
         """Return where all robots start; None where the formula is lost there."""
-        nodes = tuple(system.initial for system in self._systems)
-        first = self._reading.begin(self._letters(nodes))
-        return None if first is None else self._places[0, False, nodes, first]
+        first = self._events.begin()
+        return None if first is None else self._places[0, False, *first]
 
     def steps(self, state: int) -> Iterator[Step]:
         """Yield where a step of the robot that flies leads, its landing, or the next one's taking off; and its cost."""
         begun, flies, nodes, known = self._places.known[state]
         if not flies:
-            ends = [self._systems[robot].ending(nodes[robot]) for robot in self._order[begun:]]
-            if None not in ends and self._reading.accepting(known):
+            ends = [self._events.systems[robot].ending(nodes[robot]) for robot in self._order[begun:]]
+            if None not in ends and self._events.reading.accepting(known):
                 yield complete(state), sum(end for end in ends if end is not None), None
             if begun < len(self._order):
                 yield self._places[begun + 1, True, nodes, known], 0.0, None
             return
         robot = self._order[begun - 1]
-        system, here = self._systems[robot], nodes[robot]
-        end = system.ending(here)
+        here = nodes[robot]
+        end = self._events.systems[robot].ending(here)
         if end is not None:
-            stands = self._standing[robot].setdefault(self._reading.effect(self._shown[robot][here]), here)
+            stands = self._standing[robot].setdefault(self._events.reading.effect(self._events.shown[robot][here]), here)
             yield self._places[begun, False, (*nodes[:robot], stands, *nodes[robot + 1 :]), known], end, None
-        for target, cost in system.edges[here]:
-            moved = (*nodes[:robot], target, *nodes[robot + 1 :])
-            after: Known | None = known
-            if is_event(system, here, target):
-                after = self._reading.after(known, self._letters(moved), robot)
-            if after is not None and target != here:
-                yield self._places[begun, True, moved, after], cost, robot
+        for after, cost in self._events.steps(robot, (nodes, known)):
+            yield self._places[begun, True, *after], cost, robot
 
     def left(self, state: int) -> float:
         """Return what robots that have not landed pay at the least; `UNREACHABLE` where one that has can not stay as it is."""
@@ -97,6 +91,3 @@ class OneAfterAnother(TeamReading):
         if any(self._landed.left(robot, nodes[robot], known) == UNREACHABLE for robot in landed):
             return UNREACHABLE
         return sum(self._flying.left(robot, nodes[robot], known) for robot in self._order[begun - flies :])
-
-    def _letters(self, nodes: Nodes) -> tuple[Shown, ...]:
-        return tuple(own[node] for own, node in zip(self._shown, nodes, strict=True))

@@ -22,7 +22,7 @@ from ltlplan.search.orders.event_names import Event, Names
 from ltlplan.search.orders.helped_robots import HelpedRobots
 from ltlplan.search.orders.linearisations import Linearisations, needed_orders
 from ltlplan.search.orders.one_after_another import OneAfterAnother
-from ltlplan.search.orders.reading import Course, EventReading, is_event, shown_by
+from ltlplan.search.orders.reading import Course, EventReading, Events, is_event, shown_by
 from ltlplan.search.orders.state_sets import Reading, Shown, shown_at
 from ltlplan.search.problem import TIES, Problem
 from ltlplan.systems.transition_systems import TransitionSystem
@@ -176,10 +176,12 @@ class OrderedTeam:
 
     def _least(self) -> float:
         """Return what all robots pay at the least, each with the help of all others, under `own`."""
-        start = tuple(system.initial for system in self._systems)
-        known = self._reading.begin(tuple(own[node] for own, node in zip(self._shown, start, strict=True)))
+        begun = Events(self._systems, self._shown, self._reading).begin()
+        if begun is None:
+            return 0.0
+        start, known = begun
         helped = HelpedRobots(self._systems, self._shown, self._reading)
-        return 0.0 if known is None else sum(helped.left(robot, node, known) for robot, node in enumerate(start))
+        return sum(helped.left(robot, node, known) for robot, node in enumerate(start))
 
     def of_least_highest(self, budget: Budget, below: float) -> tuple[OrderedPlan | None, float]:
         """Return a plan whose robot with the highest cost pays less than a limit, if one is found, and what that is at the least in all."""

@@ -42,6 +42,45 @@ class Course:
     reached: int
 
 
+class Events:
+    """Single events of a team: where they begin, and what is known of the formula after each.
+
+    Args:
+        systems: One for each robot.
+        shown: For each of them what it shows at each node.
+        reading: How the formula reads their events.
+    """
+
+    def __init__(self, systems: Sequence[TransitionSystem], shown: Sequence[Sequence[Shown]], reading: Reading) -> None:
+        self.systems, self.shown, self.reading = systems, shown, reading
+
+    def begin(self) -> Place | None:
+        """Return where all robots start; None where the formula is lost there."""
+        nodes = tuple(system.initial for system in self.systems)
+        first = self.reading.begin(self._letters(nodes))
+        return None if first is None else (nodes, first)
+
+    def steps(self, robot: int, place: Place) -> Iterator[tuple[Place, float]]:
+        """Yield where steps of one robot lead after which the formula is not lost, and what they cost.
+
+        Args:
+            robot: By index.
+            place: The nodes of all robots, and what is known there.
+        """
+        nodes, known = place
+        system, here = self.systems[robot], nodes[robot]
+        for target, cost in system.edges[here]:
+            moved = (*nodes[:robot], target, *nodes[robot + 1 :])
+            after: Known | None = known
+            if is_event(system, here, target):
+                after = self.reading.after(known, self._letters(moved), robot)
+            if after is not None and target != here:
+                yield (moved, after), cost
+
+    def _letters(self, nodes: Nodes) -> tuple[Shown, ...]:
+        return tuple(own[node] for own, node in zip(self.shown, nodes, strict=True))
+
+
 class EventReading(PaidApart):
     """The states that courses of events go through: the nodes of all robots, and what is known of the formula there.
 
@@ -52,7 +91,7 @@ class EventReading(PaidApart):
     """
 
     def __init__(self, systems: Sequence[TransitionSystem], shown: Sequence[Sequence[Shown]], reading: Reading) -> None:
-        self._systems, self._shown, self._reading = systems, shown, reading
+        self._events = Events(systems, shown, reading)
         self._places: Numbers[Place] = Numbers()
 
     def cheapest(self, budget: Budget) -> Course | None:
@@ -85,30 +124,23 @@ class EventReading(PaidApart):
 
     def begin(self) -> int | None:
         """Return where all robots start; None where the formula is lost there."""
-        nodes = tuple(system.initial for system in self._systems)
-        first = self._reading.begin(self._letters(nodes))
-        return None if first is None else self._places[nodes, first]
+        first = self._events.begin()
+        return None if first is None else self._places[first]
 
     def steps(self, state: int) -> Iterator[Step]:
         """Yield where a step of one robot leads, its cost, and who makes it; first what ending there costs each robot, where all may."""
-        nodes, known = self._places.known[state]
-        if self._reading.accepting(known):
-            ends = [s.ending(n) for s, n in zip(self._systems, nodes, strict=True)]
+        place = nodes, known = self._places.known[state]
+        if self._events.reading.accepting(known):
+            ends = [s.ending(n) for s, n in zip(self._events.systems, nodes, strict=True)]
             if None not in ends:
                 yield complete(state), sum(end for end in ends if end is not None), tuple(ends)
-        for robot, system in enumerate(self._systems):
-            here = nodes[robot]
-            for target, cost in system.edges[here]:
-                moved = (*nodes[:robot], target, *nodes[robot + 1 :])
-                after: Known | None = known
-                if is_event(system, here, target):
-                    after = self._reading.after(known, self._letters(moved), robot)
-                if after is not None and target != here:
-                    yield self._places[moved, after], cost, robot
+        for robot in range(len(nodes)):
+            for after, cost in self._events.steps(robot, place):
+                yield self._places[after], cost, robot
 
     def nothing_paid(self) -> Costs:
         """Return no cost for any robot."""
-        return (0.0,) * len(self._systems)
+        return (0.0,) * len(self._events.systems)
 
     def pay(self, label: Label[int], cost: float, who: object) -> Iterator[tuple[Costs, object]]:
         """Yield what each robot has paid after a step.
@@ -136,9 +168,6 @@ class EventReading(PaidApart):
             return None
         path = [self._places.known[state][0] for state in found.states]
         return Course(steps_along(path), found.total, len(self._places))
-
-    def _letters(self, nodes: Nodes) -> tuple[Shown, ...]:
-        return tuple(own[node] for own, node in zip(self._shown, nodes, strict=True))
 
 
 def shown_by(marks: Marks, systems: Sequence[TransitionSystem]) -> list[list[Shown]]:
