@@ -56,10 +56,11 @@ def test_a_dialog_keeps_the_focus_and_gives_it_back(address: str, chromium: Any,
     visitor.wait(within)
     for _ in range(6):
         visitor.page.keyboard.press("Tab")
-        visitor.wait(within)
+        assert visitor.page.evaluate(within)
     visitor.page.keyboard.press("Escape")
     visitor.page.get_by_role("button", name="Keep it").wait_for(state="hidden")
-    visitor.wait("document.activeElement?.textContent === 'Delete'")
+    visitor.wait("document.activeElement !== document.body")
+    assert visitor.page.evaluate("document.activeElement.textContent") == "Delete"
     visitor.end()
 
 

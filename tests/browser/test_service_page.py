@@ -96,7 +96,7 @@ def _stages_are_seen_as_they_go(visitor: Visitor) -> str:
 def _the_flight_plays(visitor: Visitor) -> None:
     visitor.page.get_by_role("button", name="Watch it").click()
     visitor.page.wait_for_selector(".flight[data-ready=yes] .holder[data-drawn=yes]")
-    now = "Number(document.querySelector('.clock').value)"
+    now = "Number(document.querySelector('.flight .clock').value)"
     assert visitor.page.locator(".todo b").all_inner_texts() == ["open", "open", "kept so far"]
     visitor.page.keyboard.press("+")
     assert visitor.page.locator(".speed").input_value() == "2"
@@ -205,7 +205,7 @@ def _a_counterexample_plays(visitor: Visitor, job: str, folder: Path) -> None:
     letters = visitor.page.locator(".counterexample li")
     assert letters.count() == len(witness.word) > 1
     visitor.page.get_by_role("button", name="Play the counterexample").click()
-    visitor.wait("Number(document.querySelector('.clock').value) > 1.7")
+    visitor.wait("Number(document.querySelector('.flight .clock').value) > 1.7")
     visitor.wait("document.querySelectorAll('.counterexample li.now').length > 0")
     visitor.page.unroute("**/watch.json")
 

@@ -156,7 +156,7 @@ def test_a_verdict_goes_with_its_file_its_assumptions_and_its_job(address: str, 
     visitor = Visitor(chromium, address)
     visitor.open(f"/jobs/{job}/judge")
     visitor.page.wait_for_selector(".flight[data-ready=yes]")
-    fields = visitor.page.locator(".bounds input")
+    fields = visitor.page.locator(".judging .bounds input")
     names = ["max_speed", "error", "start", "start_error", "pauses", "called", "axes", "origin"]
     assert fields.evaluate_all("all => all.map((each) => each.name)") == names
     assert fields.evaluate_all("all => all.map((each) => each.value)") == [""] * len(names), "nobody has said anything yet"

@@ -418,13 +418,13 @@ def test_set_points_alone_are_followed_as_the_simulator_does():
 
 
 @pytest.mark.slow  # a hundred flights each, and the responses of loops for as long
-@pytest.mark.parametrize("seconds", [1.2, 3.0])
-def test_no_disturbed_flight_along_a_way_leaves_its_bound(seconds):
+@pytest.mark.parametrize(("seconds", "times"), [(1.2, 9.0), (3.0, 5.0)])
+def test_no_disturbed_flight_along_a_way_leaves_its_bound(seconds, times):
     size, share, frames = (0.05, 0.4, 300) if seconds > 2.0 else (0.01, 0.2, FRAMES)
     told, path = SMALL.scaled(share).changed(latency=(0.004, 0.004)), line((size, 0.6 * size, 0.2 * size), seconds - 0.2, 0.2)
     proved = prove_on_board(VEHICLE, FIRM, told, (path, seconds))
     worst = flown_way(path, told, 100, 0, FIRM, frames).max()
-    assert worst <= proved.bound < 9.0 * worst
+    assert worst <= proved.bound < times * worst
     assert proved.costs["plan"] > 5e-4
 
 
