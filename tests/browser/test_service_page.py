@@ -111,7 +111,9 @@ def _the_flight_plays(visitor: Visitor) -> None:
     assert visitor.at() == "Watch"
     assert visitor.page.evaluate(now) == pytest.approx(stopped + 0.25, abs=0.02)
     visitor.page.keyboard.press("End")
-    visitor.wait("document.querySelector('.todo').textContent.includes('done') && !document.querySelector('.todo .open')")
+    visitor.wait(
+        "document.querySelector('.flight .todo').textContent.includes('done') && !document.querySelector('.flight .todo .open')"
+    )
     assert visitor.page.locator(".automata .node.accepting.here").count() == 3
     visitor.page.keyboard.press("Home")
     assert visitor.page.evaluate(now) == 0
@@ -123,7 +125,7 @@ def _the_tightest_claim_is_shown_where_it_is(visitor: Visitor, job: str) -> None
     visitor.tab("Trust")
     visitor.page.locator(".claim", has_text="rims").click()
     assert tightest["sentence"] in visitor.said(".claims .sentence")
-    clock = float(visitor.page.locator(".clock").input_value())
+    clock = float(visitor.page.locator(".flight .clock").input_value())
     assert clock == pytest.approx(tightest["time"], abs=0.01)
     visitor.page.wait_for_selector(".tag3d.callout")
     assert visitor.page.locator(".tag3d.ring").count() == 1

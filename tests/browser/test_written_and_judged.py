@@ -63,7 +63,22 @@ def test_what_was_written_survives_another_mission_a_job_and_a_reload(address: s
     visitor.page.get_by_role("button", name="Edit and plan again").click()
     visitor.checked()
     assert visitor.written() == LAST, "as it was written, with its comment, not as it was resolved"
+    visitor.wait("document.querySelectorAll('.drafts li').length === 2")
     assert sorted(_drafts(visitor)) == ["[half a mission", "one-hoop"]
+    visitor.end()
+
+
+def test_a_formula_is_not_written_over_by_an_older_one_that_was_checked(address: str, chromium: Any) -> None:
+    visitor = Visitor(chromium, address)
+    visitor.open("/")
+    visitor.checked()
+    for number in range(60):  # after each one the page tells the service, which answers while the next is written
+        formula = f"F loc{1 + number % 2}{' & F loc1' * (number % 3)}"
+        visitor.write_formula(formula)
+        visitor.page.wait_for_timeout(100 + 4 * number)
+        assert visitor.page.locator(".editor.line .cm-content").inner_text() == formula
+    visitor.wait("document.querySelector('.state')?.textContent.includes('No faults')")
+    assert f"formula: {formula}" in visitor.written()
     visitor.end()
 
 
@@ -90,6 +105,7 @@ def test_what_was_written_while_the_service_was_down_survives_it_and_the_browser
         visitor.open("/")
         visitor.checked()
     visitor.write(MINE)
+    visitor.page.close()  # as a person closes a window; a browser that is ended at once may not have written down what it keeps
     profile.close()
     with served(tmp_path / "data", port) as address:
         profile = driver.chromium.launch_persistent_context(tmp_path / "profile", executable_path=CHROMIUM, args=OPTIONS)

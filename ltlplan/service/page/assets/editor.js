@@ -91,6 +91,7 @@ export default {
     },
     send() {
       clearTimeout(this.timer);
+      this.timer = null;
       const text = this.view.state.doc.toString();
       if (text === this.sent) return;
       this.sent = text;
@@ -99,7 +100,7 @@ export default {
     },
     setText(text) {
       const old = this.view.state.doc.toString();
-      if (text === undefined || text === null || old === text) return;
+      if (text === undefined || text === null || old === text || this.timer) return; // what is being written is newer, and told soon
       let start = 0, end = 0;
       while (start < old.length && start < text.length && old[start] === text[start]) start++;
       while (end < old.length - start && end < text.length - start && old[old.length - 1 - end] === text[text.length - 1 - end]) end++;
