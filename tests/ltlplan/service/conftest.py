@@ -40,7 +40,7 @@ def _with_a_done_job(once: Once) -> Path:
     def made(folder: Path) -> Path:
         async def done() -> None:
             async with service(folder, workers=1) as jobs:
-                await ended(jobs, await jobs.submit(SMALL))
+                assert (await ended(jobs, await jobs.submit(SMALL))).state == "done"
 
         run(done())
         return folder

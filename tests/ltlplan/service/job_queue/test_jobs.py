@@ -237,7 +237,10 @@ def test_deleting_is_explicit_and_leaves_nothing(data: Path) -> None:
             with pytest.raises(Conflict, match="cancel it first"):
                 await jobs.delete(job.id)
             await ended(jobs, job)
-            other = await jobs.submit(SMALL)
+            found = await jobs.submit(SMALL)
+            assert found.found
+            other = await ended(jobs, found)  # it goes on where the service stopped before its end was written
+            assert (other.state, bool(other.files)) == ("done", True)
             await jobs.delete(job.id)
             with pytest.raises(NotFound, match="no job"):
                 await jobs.job(job.id)
