@@ -70,7 +70,7 @@ def test_what_cannot_be_exported_fails_in_words_and_is_not_tried_again(data: Pat
             with pytest.raises(Conflict, match="has no files"):
                 await jobs.derive(waits.id, CSV)
             await jobs.cancel(waits.id)
-            job = await jobs.submit(SMALL)
+            job = await ended(jobs, await jobs.submit(SMALL))
             for asked in (ExportAsked("crazyflies"), ExportAsked("crazyflie", vehicle="other")):
                 made = await ended(jobs, await jobs.derive(job.id, asked))
                 assert made.problem is not None
