@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -48,8 +49,8 @@ __all__ = [
     "run",
 ]
 
-_FITTINGS = 3
-"""Flights that are tried at most for a margin that fits its proof."""
+_FITTINGS = (0.0, 1 / 3, 2 / 3, 1.0)
+"""Shares of the work between which flights are tried, at most, for a margin that fits its proof."""
 
 
 def certified_team(
@@ -160,28 +161,36 @@ def _with_parts(made: Plan, team: Mapping[str, Trajectory]) -> Plan:
     return made.noting(said)
 
 
-def _certified(mission: Mission, planned: Callable[..., Plan], progress: Progress, budget: Budget) -> Certified:
-    """Plan, refine and certify; where the margin is fitted, with the margin that the proof of tracking allows, after at most `_FITTINGS` flights.
+def _certified(mission: Mission, progress: Progress, *, planned: Callable[..., Plan], budget: Budget) -> Certified:
+    """Plan, refine and certify.
 
     Args:
-        mission: As it was asked.
-        planned: Plans a mission.
+        mission: What is asked.
         progress: Told a sentence and the share done, 0 to 1.
+        planned: Plans a mission.
         budget: Bounds on the searches for other plans.
     """
-    fitted = mission.disturbance is not None and mission.disturbance.fitted
-    rounds, best, refusal = _FITTINGS if fitted else 1, None, None
-    for k in range(rounds):
-        say = part_of(progress, k / rounds, (k + 1) / rounds)
+    made = planned(mission, progress=part_of(progress, 0.0, 0.36))
+    return certified_team(made, progress=part_of(progress, 0.36, 1.0), budget=budget)
+
+
+def _with_fitted_margin(mission: Mission, progress: Progress, certified: Callable[[Mission, Progress], Certified]) -> Certified:
+    """Plan, refine and certify with the smallest margin that the proof of tracking allows, as far as a few flights tell.
+
+    Args:
+        mission: With the margin to begin with.
+        progress: Told a sentence and the share done, 0 to 1.
+        certified: Plans, refines and certifies a mission.
+    """
+    best = refusal = None
+    for low, high in pairwise(_FITTINGS):
         try:
-            made = planned(mission, progress=part_of(say, 0.0, 0.36))
-            done = certified_team(made, progress=part_of(say, 0.36, 1.0), budget=budget)
-            bounds = [claim.bound for claim in done.certificate.claims if claim.name == "tracking"]
-            best = done
+            best = certified(mission, part_of(progress, low, high))
+            bounds = [claim.bound for claim in best.certificate.claims if claim.name == "tracking"]
         except NotCertified as error:
             refusal, bounds = error, [witness.bound for witness in error.witnesses if witness.claim == "tracking"]
         known = [bound for bound in bounds if bound is not None]
-        if not fitted or not known or len(known) < len(bounds):
+        if not known or len(known) < len(bounds):
             break
         margin = math.ceil(1000.0 * max(known)) / 1000.0
         if margin == mission.margin or (best is not None and margin >= best.certificate.margin):
@@ -228,7 +237,9 @@ def run(
     conditions = flight.conditions_of(mission)  # whom nobody knows would not be found before the flight
     target = None if out is None else check_folder(out, files)
     planned = partial(plan, seed=seed, workers=workers, known=Known(budget=budget))
-    done = _certified(mission, planned, part_of(progress, 0.0, 0.7), budget)
+    certified, say = partial(_certified, planned=planned, budget=budget), part_of(progress, 0.0, 0.7)
+    fitted = mission.disturbance is not None and mission.disturbance.fitted
+    done = _with_fitted_margin(mission, say, certified) if fitted else certified(mission, say)
     say = part_of(progress, 0.7, 0.9)
     say("flying in simulation", 0.0)
     done, log = followed(done, attempted, seed=done.plan.seed, conditions=conditions, progress=say, budget=budget)
