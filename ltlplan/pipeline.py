@@ -161,17 +161,23 @@ def _with_parts(made: Plan, team: Mapping[str, Trajectory]) -> Plan:
     return made.noting(said)
 
 
-def _certified(mission: Mission, progress: Progress, *, planned: Callable[..., Plan], budget: Budget) -> Certified:
-    """Plan, refine and certify.
+def _certified(mission: Mission, planned: Callable[..., Plan], progress: Progress, budget: Budget) -> Certified:
+    """Plan, refine and certify, with the margin that the mission states or with one that is fitted.
 
     Args:
         mission: What is asked.
-        progress: Told a sentence and the share done, 0 to 1.
         planned: Plans a mission.
+        progress: Told a sentence and the share done, 0 to 1.
         budget: Bounds on the searches for other plans.
     """
-    made = planned(mission, progress=part_of(progress, 0.0, 0.36))
-    return certified_team(made, progress=part_of(progress, 0.36, 1.0), budget=budget)
+
+    def certified(mission: Mission, progress: Progress) -> Certified:
+        made = planned(mission, progress=part_of(progress, 0.0, 0.36))
+        return certified_team(made, progress=part_of(progress, 0.36, 1.0), budget=budget)
+
+    if mission.disturbance is not None and mission.disturbance.fitted:
+        return _with_fitted_margin(mission, progress, certified)
+    return certified(mission, progress)
 
 
 def _with_fitted_margin(mission: Mission, progress: Progress, certified: Callable[[Mission, Progress], Certified]) -> Certified:
@@ -237,9 +243,7 @@ def run(
     conditions = flight.conditions_of(mission)  # whom nobody knows would not be found before the flight
     target = None if out is None else check_folder(out, files)
     planned = partial(plan, seed=seed, workers=workers, known=Known(budget=budget))
-    certified, say = partial(_certified, planned=planned, budget=budget), part_of(progress, 0.0, 0.7)
-    fitted = mission.disturbance is not None and mission.disturbance.fitted
-    done = _with_fitted_margin(mission, say, certified) if fitted else certified(mission, say)
+    done = _certified(mission, planned, part_of(progress, 0.0, 0.7), budget)
     say = part_of(progress, 0.7, 0.9)
     say("flying in simulation", 0.0)
     done, log = followed(done, attempted, seed=done.plan.seed, conditions=conditions, progress=say, budget=budget)
