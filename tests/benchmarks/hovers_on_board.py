@@ -1,10 +1,12 @@
 """Hovers and ways of `mellinger` on its filter: what each disturbance makes of the linear loop, and the largest share of a set that is proved.
 
-    OMP_NUM_THREADS=1 python -m tests.benchmarks.hovers_on_board [SECONDS [DEAD_ZONE ...]] [--attitude NOISE] [--line METRES | --run RUN]
+    OMP_NUM_THREADS=1 python -m tests.benchmarks.hovers_on_board [SECONDS [DEAD_ZONE ...]] [--attitude NOISE] [--line METRES | --run RUN | --steps]
 
 The set is the whole one of docs/tracking.md, for a Crazyflie 2.1: wind 0.8 m/s, cameras 1 mm and 0 to 15 ms, gyroscope 0.04 rad/s, mass 2 %, thrust 5 %. What the
 linear loop makes is no proof. The dead zone is the least correction of the attitude that the filter takes, 1e-4 rad in the firmware. `NOISE` is what the filter
 assumes of the cameras' attitude, rad, 0.05 in the profile. Flights are a hover, a line from rest to rest in so many seconds, or those of a run's folder.
+`--steps` hovers at none, 2 and 4 % of the set under the gains of `GAINS`, and prints beside the bounds how the linear loop answers a step of the set-point along x
+and upwards.
 """
 
 from __future__ import annotations
@@ -16,15 +18,33 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.benchmarks.tracking import AIRFRAME, VEHICLE, WHOLE, hover
+from tests.benchmarks.tracking import AIRFRAME, VEHICLE, WHOLE, answer, costs_of, hover
 from tests.helpers.benchmarks import is_smallest, run_benchmark
 from verify.data import Trajectory
 from verify.data.autopilot import Autopilot, load_autopilot
 from verify.data.files.trajectory_csv import load_csv
 from verify.tracking.error_model import NotProved
+from verify.tracking.onboard_loop import PLACE, SUBSTEPS, N
 from verify.tracking.onboard_proof import BoardBound, loop_of, prove_on_board
+from verify.tracking.sampled_loop import Matrix
 
 STOCK = load_autopilot("crazyflie-2")
+QUICK = {"attitude": (105000.0, 105000.0, 60000.0), "rate": (24000.0, 24000.0, 12000.0)}
+QUICKER = {"attitude": (140000.0, 140000.0, 60000.0), "rate": (32000.0, 32000.0, 12000.0)}
+STIFF = {"position": (0.8, 0.8, 1.25), "velocity": (0.3, 0.3, 0.4)}
+STIFFER = {"position": (1.0, 1.0, 1.25), "velocity": (0.35, 0.35, 0.4)}
+GAINS = {
+    "as the firmware": {},
+    "quicker attitude": QUICK,
+    "stiff": STIFF,
+    "stiff and quicker": {**STIFF, **QUICK},
+    "stiffer and quicker": {**STIFFER, **QUICK},
+    "stiffer and quickest": {**STIFFER, **QUICKER},
+    "stiffest and quickest": {"position": (1.6, 1.6, 1.25), "velocity": (0.4, 0.4, 0.4), **QUICKER},
+    "soft": {"position": (0.2, 0.2, 0.8), "velocity": (0.15, 0.15, 0.3)},
+    "more damped": {"velocity": (0.4, 0.4, 0.6)},
+}
+"""Gains that `--steps` compares, by what is changed."""
 
 
 def alone(seconds: float, autopilot: Autopilot) -> dict[str, float]:
@@ -71,6 +91,46 @@ def line(metres: float, seconds: float) -> Trajectory:
     return Trajectory([seconds], coefficients)
 
 
+def step_of(autopilot: Autopilot, axis: int, frames: int) -> tuple[float, float, float]:
+    """Return how the linear loop answers a step, as `tests.benchmarks.tracking.answer` does.
+
+    Args:
+        autopilot: What flies.
+        axis: Of the step.
+        frames: Of the flight.
+    """
+    frame, state, left = loop_of(VEHICLE, AIRFRAME, autopilot, 4, frames).frame, np.zeros((N, 1)), [1.0]
+    state[[rows + axis for rows in (PLACE.start, 23, 36, 42)]] = (
+        1.0  # the vehicle, its estimate and poses on their way: the set-point has moved
+    )
+    for _ in range(1200):
+        for step in range(1, SUBSTEPS + 1):
+            state = frame.see(Matrix.exact(frame.step.mid @ state), step).mid
+            left.append(float(state[PLACE.start + axis, 0]))
+        state = frame.jump.mid @ state
+    return answer(np.array(left))
+
+
+def compare(stock: Autopilot, seconds: float) -> None:
+    """Print rows of hovers for each of the gains.
+
+    Args:
+        stock: With the filter.
+        seconds: Of the hovers.
+    """
+    assert stock.mellinger is not None
+    for name, changes in GAINS.items():
+        autopilot = stock.changed(mellinger=stock.mellinger.changed(**changes))
+        steps = "; ".join(
+            "{:.0f} %, {:.2f} s, {:.2f} s".format(*step_of(autopilot, axis, round(100 * seconds))) for axis in (0, 2)
+        )
+        print(f"{name}: steps {steps}", flush=True)
+        for share in (0.0, 0.02, 0.04):
+            found = proved([line(0.0, seconds)], autopilot, share)
+            told = found if isinstance(found, str) else f"{1000.0 * found.bound:.1f} mm ({costs_of(found)})"
+            print(f"    {100.0 * share:.0f} %: {told}", flush=True)
+
+
 def taken(arguments: list[str], name: str) -> str:
     """Take an option and its value out of arguments; return the value, empty where it is not there."""
     if name not in arguments:
@@ -85,8 +145,12 @@ def main() -> None:
     """Print what the linear loop makes, and a line for each dead zone."""
     arguments = sys.argv[1:]
     noise, metres, run = (taken(arguments, name) for name in ("--attitude", "--line", "--run"))
+    steps = "--steps" in arguments and not arguments.remove("--steps")
     seconds = float(arguments[0]) if arguments else 4.0
     stock = STOCK.changed(ekf=STOCK.ekf.changed(attitude_noise=float(noise))) if noise else STOCK
+    if steps:
+        compare(stock, seconds)
+        return
     paths = [line(float(metres or 0.0), seconds)]
     if run:
         paths = [load_csv(name) for name in sorted(Path(run).glob("*.csv")) if name.name != "flight.csv"]
@@ -109,11 +173,11 @@ def main() -> None:
         if isinstance(best, str):
             print(f"dead zone {least_turn:g} rad: none, {best}; {spent:.0f} s", flush=True)
             continue
-        costs = ", ".join(f"{name} {1000 * cost:.1f}" for name, cost in sorted(best.costs.items(), key=lambda one: -one[1])[:5])
         print(
-            f"dead zone {least_turn:g} rad: {100 * low:.2g} %, {1000 * best.bound:.1f} mm ({costs}); {spent:.0f} s", flush=True
+            f"dead zone {least_turn:g} rad: {100 * low:.2g} %, {1000 * best.bound:.1f} mm ({costs_of(best)}); {spent:.0f} s",
+            flush=True,
         )
 
 
 if __name__ == "__main__":
-    run_benchmark(main, ("0.2",), ("0.2", "--line", "0.001"))
+    run_benchmark(main, ("0.2",), ("0.2", "--line", "0.001"), ("0.2", "--steps"))

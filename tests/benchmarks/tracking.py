@@ -30,6 +30,7 @@ from verify.data.files.trajectory_csv import load_csv
 from verify.data.vehicle import Vehicle, load_vehicle
 from verify.tracking.error_model import NotProved
 from verify.tracking.loops import LoopChoice, lateral_loop, vertical_loop
+from verify.tracking.onboard_proof import BoardBound
 from verify.tracking.proof import TrackingBound, model_of, prove, steps_late
 from verify.tracking.sampled_loop import SUBSTEPS, SampledLoop
 
@@ -125,6 +126,15 @@ def step_of(make: Callable[[Vehicle, AirframeTable, LoopChoice], SampledLoop], t
         if k % SUBSTEPS + 1 == loop.seen:
             state[taken] = state[seen]
         left[k + 1] = state[0]
+    return answer(left)
+
+
+def answer(left: NDArray[np.float64]) -> tuple[float, float, float]:
+    """Return overshoot in %, times from 10 to 90 % and until it stays within 5 %, in s.
+
+    Args:
+        left: What is left of a step, each 2 ms. Shape (n,).
+    """
     rise = 0.002 * (np.argmax(left < 0.1) - np.argmax(left < 0.9))
     settled = 0.002 * (len(left) - np.argmax(np.abs(left[::-1]) > 0.05))
     return -100.0 * float(left.min()), float(rise), float(settled)
@@ -149,7 +159,7 @@ def compare(told: Disturbance) -> None:
         )
 
 
-def costs_of(found: TrackingBound | str) -> str:
+def costs_of(found: TrackingBound | BoardBound | str) -> str:
     """Return what makes a bound, the dearest first, in mm.
 
     Args:
