@@ -156,13 +156,18 @@ def narrowest_around(space: FreeSpace, start: Floats, end: Floats, permitted: Co
         end: m. Shape (3,).
         permitted: Regions that the way may enter.
     """
-    mission, low, high = space.mission, _LEAST - space.mission.margin, _WIDER
-    way = space.roadmap(low).way(start, end, permitted)
+    mission, low, high = space.mission, _LEAST - space.clearance, _WIDER
+
+    def wide(slack: float) -> Roadmap:  # a vehicle that is smaller keeps less margin, too
+        share = 1.0 + slack / space.clearance
+        return space.roadmap(slack) if slack >= 0.0 else space.narrower(share * space.clearance, share * mission.margin)
+
+    way = wide(low).way(start, end, permitted)
     if way is None:
         return Shut(())
     for _ in range(_HALVINGS):
         middle = (low + high) / 2.0
-        wider = space.roadmap(middle).way(start, end, permitted)
+        wider = wide(middle).way(start, end, permitted)
         way, low, high = (way, low, middle) if wider is None else (wider, middle, high)
     around = [_Region(name, region) for name, region in mission.all_regions.items() if name not in permitted]
     return _narrowest(mission, [*solid_parts(mission.obstacles, mission.hoops), *around], way, space.clearance)

@@ -102,12 +102,18 @@ class FreeSpace:
             )
         return self._roadmaps[slack]
 
-    def narrower(self, clearance: float) -> Roadmap:
-        """Return the ways of a smaller vehicle that keeps only so much from what is solid, m, through whichever regions."""
+    def narrower(self, clearance: float, margin: float | None = None) -> Roadmap:
+        """Return the ways of a smaller vehicle.
+
+        Args:
+            clearance: m that it keeps from what is solid.
+            margin: m that it keeps from regions and walls; by default it goes through whichever regions.
+        """
         from ltlplan.free_space.inflated_obstacles import grown_solids
 
         walls = grown_solids(self.mission, clearance)
-        return _roadmap(self.mission, clearance, self.mission.margin, walls, regions=False)
+        near = self.mission.margin if margin is None else margin
+        return _roadmap(self.mission, clearance, near, walls, regions=margin is not None)
 
     def way(self, start: Floats, end: Floats, permitted: Collection[str] = (), slack: float = 0.0) -> Floats | None:
         """Return a short way between two points with room at its corners where there is some; None where there is none.

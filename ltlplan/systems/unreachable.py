@@ -65,6 +65,21 @@ def said_of(mission: Mission, robot: str, region: str, shut: Gap | Shut | TooNea
             return f"No way of any width leads to {region}{by}."
 
 
+def said_of_narrowest(mission: Mission, gap: Gap) -> str:
+    """Return where the widest way past a region is narrowest, how wide, between what, and what is needed there.
+
+    Args:
+        mission: Whose world.
+        gap: What `narrowest_around` found.
+    """
+    near = f"near ({', '.join(f'{number:.2f}' for number in gap.point)}) the widest way around it is {gap.width:.3g} m wide"
+    sides = joined_names(["the workspace's wall" if name == WALL else f"'{name}'" for name in dict.fromkeys(gap.between)])
+    solid = {name in mission.obstacles or name in mission.hoops for name in gap.between}
+    needs = "radius and margin to what is solid, margin to the other side" if len(solid) == 2 else "margin on both sides"
+    both = "radius and " if solid == {True} else ""
+    return f"{near} between {sides}, and more than {gap.needed:.3g} m is needed ({both}{needs})"
+
+
 def _reached(graph: RegionGraph, start: Point) -> list[Point]:
     """Return from where ways begin that a robot can come to: its start, and the places it can visit from there."""
     point = graph.standing(graph.layout.at(start))

@@ -17,12 +17,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ltlplan.free_space.bottlenecks import WALL, Gap, Shut, narrowest, narrowest_around
+from ltlplan.free_space.bottlenecks import Gap, Shut, narrowest, narrowest_around
 from ltlplan.free_space.staying_inside import narrowest_inside, stays_inside, way_inside
 from ltlplan.paths.hoops.clearance import blocked
 from ltlplan.paths.hoops.hoop_frame import control_points
 from ltlplan.paths.hoops.keep_out import Room
-from ltlplan.systems.unreachable import joined_names
+from ltlplan.systems.unreachable import joined_names, said_of_narrowest
 from verify.data import Infeasible
 from verify.data.arrays import Floats
 from verify.data.mission import Mission
@@ -82,19 +82,10 @@ class Blocked(Infeasible):
         (where, permitted), (start, end) = self._around, self._ends
         match narrowest_around(where.space, start, end, permitted):
             case Gap() as gap if gap.width <= gap.needed + 2.0 * where.slack:
-                sides = joined_names(
-                    ["the workspace's wall" if name == WALL else f"'{name}'" for name in dict.fromkeys(gap.between)]
-                )
-                solid = (
-                    "radius and margin to obstacles, the " if set(gap.between) & where.space.mission.obstacles.keys() else ""
-                )
-                why = (
-                    f"near {_show(np.array(gap.point))} the widest way around it is {gap.width:.3g} m wide between {sides}, and more than "
-                    f"{gap.needed:.3g} m is needed ({solid}margin on both sides)"
-                )
-                return Blocked(self.region, start, end, [why])
+                why = said_of_narrowest(where.space.mission, gap)
+                return Blocked(self.region, start, end, [why], shut=gap.width <= gap.needed - 2.0 * where.space.mission.margin)
             case Shut():
-                why = "no way leads around it, not even one that keeps no margin"
+                why = "no way leads around it, however narrow"
                 return Blocked(self.region, start, end, [why], shut=True)
             case _:
                 return self

@@ -6,11 +6,14 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 
+from ltlplan.free_space.bottlenecks import Gap, Shut, narrowest_around
+from ltlplan.free_space.free_space import FreeSpace
 from ltlplan.logic.automaton import DEAD, representative_letters
 from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.logic.product_automaton import Task
@@ -25,8 +28,9 @@ from ltlplan.search.explanations.relaxed_systems import (
 )
 from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.shared_walls import wall_sentence
-from ltlplan.systems.unreachable import joined_names
-from verify.data import Formula, Letter
+from ltlplan.systems.unreachable import joined_names, said_of_narrowest
+from verify.data import Formula, Letter, Mission
+from verify.data.language.lasting import lasting_regions
 
 _FAR = 1e4  # m, to where a region is moved to see what is possible without it in the way
 
@@ -43,7 +47,8 @@ def reasons_against(inquiry: Inquiry, core: list[Formula]) -> list[str]:
             return reasons
     if len(core) > 1:
         return ["Each part of this can hold without the others, but no order of visits serves them all."]
-    return ["Some words satisfy this, but none that can be flown from these starts along these edges."]
+    through = [f"Every way to {joined_names(names)} leads through '{region}'." for region, names in _in_front(inquiry, core)]
+    return through[:1] or ["Some words satisfy this, but none that can be flown from these starts along these edges."]
 
 
 def _free_between(inquiry: Inquiry, core: list[Formula]) -> list[str]:
@@ -59,7 +64,7 @@ def _free_between(inquiry: Inquiry, core: list[Formula]) -> list[str]:
 
 def _in_the_way(inquiry: Inquiry, core: list[Formula]) -> list[str]:
     """Say whether a robot lingers where it acted, or regions overlap."""
-    return [*_lingering(inquiry, core), *_overlapping(inquiry, core)]
+    return [*_lingering(inquiry, core), *_overlapping(inquiry, core), *_narrow(inquiry, core)]
 
 
 def _unmet(inquiry: Inquiry, core: list[Formula]) -> list[str]:
@@ -109,11 +114,7 @@ def _overlapping(inquiry: Inquiry, core: list[Formula]) -> list[str]:
     named = sorted({name for part in core for name in inquiry.names(part)} & regions.keys())
     pairs = {tuple(sorted((a, b))) for a in named for b in layout.neighbours[a]}
     for a, b in sorted(pairs):
-        far = (regions[b].center[0] + _FAR, *regions[b].center[1:])
-        table = "hoops" if b in inquiry.mission.hoops else "regions"
-        moved = {**getattr(inquiry.mission, table), b: regions[b].model_copy(update={"center": far})}
-        systems = Systems(inquiry.mission.model_copy(update={table: moved}))
-        if inquiry.feasible(core, [systems.of(name) for name in inquiry.mission.agents]):
+        if _held_without(inquiry, core, b):
             for inner, outer in ((a, b), (b, a)):
                 if outer in (layout.around(inner) or ()):
                     return [f"{inner} lies inside {outer}: {inner} cannot be reached, or left again, without entering {outer}."]
@@ -123,6 +124,49 @@ def _overlapping(inquiry: Inquiry, core: list[Formula]) -> list[str]:
                 f"the other as well is not clear by the margin {layout.slack:g} m. Move them apart, or one well inside the other."
             ]
     return []
+
+
+def _held_without(inquiry: Inquiry, core: list[Formula], region: str) -> bool:
+    """Tell whether the core could hold were a region far away."""
+    body, table = inquiry.mission.all_regions[region], "hoops" if region in inquiry.mission.hoops else "regions"
+    far = body.model_copy(update={"center": (body.center[0] + _FAR, *body.center[1:])})
+    moved = {**getattr(inquiry.mission, table), region: far}
+    systems = Systems(inquiry.mission.model_copy(update={table: moved}))
+    return inquiry.feasible(core, [systems.of(name) for name in inquiry.mission.agents])
+
+
+def _in_front(inquiry: Inquiry, core: list[Formula]) -> Iterator[tuple[str, list[str]]]:
+    """Yield regions without which the core could hold, and what it names that is reached through them alone."""
+    asked = sorted({name for part in core for name in inquiry.names(part)} & inquiry.mission.regions.keys())
+    for region in inquiry.mission.regions:
+        past = [without(world, region) for world in inquiry.worlds]
+        behind = [name for name in asked if name != region and not inquiry.feasible([eventually(name)], past)]
+        if behind and _held_without(inquiry, core, region):
+            yield region, behind
+
+
+def _narrow(inquiry: Inquiry, core: list[Formula]) -> list[str]:
+    """Say where a region leaves too narrow a way past it, if the core could hold were it not there."""
+    mission = inquiry.mission
+    for region, behind in _in_front(inquiry, core):
+        gaps = [
+            (gap, robot, name)
+            for robot, name in itertools.product(mission.agents, behind)
+            if isinstance(gap := _gap(mission, robot, region, name), Gap) and gap.width <= gap.needed
+        ]
+        if gaps:
+            gap, robot, name = max(gaps, key=lambda found: found[0].width - found[0].needed)
+            helps = " or a smaller `margin`" if gap.width > gap.needed - 2.0 * mission.margin else ""
+            where = said_of_narrowest(mission, gap)
+            return [f"No way past '{region}' leads {robot} to {name}: {where}. More room there{helps} would help."]
+    return []
+
+
+def _gap(mission: Mission, robot: str, region: str, end: str) -> Gap | Shut:
+    """Return where the widest way of a robot to a region, past another one, is narrowest."""
+    permitted = mission.all_regions.keys() - lasting_regions(mission, robot, inside=False) - {region}
+    start, middle = (np.array(point) for point in (mission.agents[robot].start, mission.all_regions[end].center))
+    return narrowest_around(FreeSpace.of(mission, mission.vehicle_of(robot).radius), start, middle, permitted)
 
 
 def _contradiction(inquiry: Inquiry, core: list[Formula]) -> list[str]:

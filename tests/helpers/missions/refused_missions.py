@@ -149,11 +149,11 @@ CASES = {
         "F door & F right", _ONE, ("'door'", "`margin`", "wider"), f"{_RIGHT}, {_between('door', 0, 0, 0.3, 0.09)}", _walls(0, 0.1, 0.4)
     ),
     "a region to keep out of closes the hall": Refused(
-        "F right & G !strip", _ONE, ("'strip'", "It concerns a", "a formula that lets a enter it", "not even one that keeps no margin"), _STRIP, team="own",
+        "F right & G !strip", _ONE, ("'strip'", "It concerns a", "a formula that lets a enter it", "no way leads around it"), _STRIP, team="own",
         never=("`margin`", "0.12 m"),
     ),
     "robots are counted in a region that closes the hall": Refused(
-        "F(count(right) >= 1) & G(count(strip) <= 0)", _TWO, ("'strip'", "a formula that lets a enter it", "not even one that keeps no margin"), _STRIP
+        "F(count(right) >= 1) & G(count(strip) <= 0)", _TWO, ("'strip'", "a formula that lets a enter it", "no way leads around it"), _STRIP
     ),
     "regions to keep out of leave a gap that is too narrow": Refused(
         "F right & G !(one | other)", _ONE, ("near (-0.", "0.08 m wide between 'one' and 'other'", "more than 0.1 m", "(margin on both sides)", "concerns a", "`margin`"),
@@ -162,6 +162,18 @@ CASES = {
     "a region to keep out of leaves a gap at the wall": Refused(
         "F right & G !one", _ONE, ("0.96, 1.00)", "0.08 m wide between 'one' and the workspace's wall", "more than 0.1 m"),
         f"{_RIGHT}, one: {_box(0, -0.06, 0.5, 1.96, 0.6)}", team="own",
+    ),
+    "a region to keep out of leaves a gap at an obstacle": Refused(
+        "F right & G !strip", _ONE, ("No way past 'strip' leads a to right", "0.1 m wide between 'north' and 'strip'", "more than 0.17 m", "radius and margin to what is solid", "`margin`"),
+        f"{_RIGHT}, strip: {_box(0, -0.1, 0.4, 0.6)}", _walls(0, 0.1, 0.6), team="own", never=("needs strip",),
+    ),
+    "a region to keep out of for a while leaves a gap at an obstacle": Refused(
+        "!strip U right", _ONE, ("No way past 'strip' leads a to right", "0.1 m wide between 'north' and 'strip'"),
+        f"{_RIGHT}, strip: {_box(0, -0.1, 0.4, 0.6)}", _walls(0, 0.1, 0.6), team="own",
+    ),
+    "a region to keep out of for a while closes a door": Refused(
+        "!strip U right", _ONE, ("Every way to right leads through 'strip'",), f"{_RIGHT}, strip: {_box(0, 0, 0.4, 0.6)}", _walls(0, 0.1, 0.5), team="own",
+        never=("`margin`",),
     ),
     "a region to keep out of closes a door": Refused(
         "F right & G !strip", _ONE, ("`F right` needs strip", "`G !strip`"), f"{_RIGHT}, strip: {_box(0, 0, 0.4, 0.6)}", _walls(0, 0.1, 0.5), team="own"
