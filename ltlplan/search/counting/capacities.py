@@ -18,14 +18,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from ltlplan.search.counting.counting_propositions import shows
+from ltlplan.search.explanations.inquiry import all_of
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Formula, Mission
 from verify.data.arrays import Floats
+from verify.data.language.counting import Atom
 from verify.data.shapes.region import Region
 
 _ROUNDING = 1e-6
 """m by which robots may be nearer and regions larger than is computed, so that a bound never is too small."""
 _MANY = 1_000_000
+_SETS = 100
+"""Sets of robots by name, more than there is room for, of which each region is asked."""
 _LARGEST = 20.0
 """By how many times its size a region is thought to be made larger, to say what would do, in steps of `_GRAIN`."""
 _GRAIN = 0.01
@@ -152,3 +156,22 @@ def most_that_show(
                 return None
             within.add(min(small)[1])
     return sum(rooms[region] for region in within), tuple(sorted(within))
+
+
+def laws_of_rooms(known: Iterable[Atom], rooms: Mapping[str, int]) -> list[Formula]:
+    """Return requirements that no more robots that a formula names are in small regions at once than these hold.
+
+    Args:
+        known: The formula's propositions that are no plain names.
+        rooms: How many robots small regions hold.
+    """
+    named: dict[str, list[Formula]] = {}
+    for atom in known:
+        if atom.robot and atom.counted.name in rooms:
+            named.setdefault(atom.counted.name, []).append(atom.formula)
+    crowds = (
+        crowd
+        for region, those in sorted(named.items())
+        for crowd in itertools.islice(itertools.combinations(those, rooms[region] + 1), _SETS)
+    )
+    return [Formula("G", (Formula("!", (all_of(crowd),)),)) for crowd in crowds]

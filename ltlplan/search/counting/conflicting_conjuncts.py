@@ -10,9 +10,9 @@ from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.logic.conjunction import conjunct_automata, conjuncts
 from ltlplan.logic.signed_parts import signed_parts
 from ltlplan.search.counting.capacities import Room, most_that_show
-from ltlplan.search.counting.counting_propositions import Marks
+from ltlplan.search.counting.counting_propositions import Marks, shows
 from ltlplan.search.counting.planning import plan_counts
-from ltlplan.search.explanations.count_laws import laws_of_counts, no_word, some_word
+from ltlplan.search.explanations.count_laws import laws_of_counts, laws_of_turns, no_word, propositions_of, some_word
 from ltlplan.search.explanations.inquiry import all_of, as_written
 from ltlplan.search.explanations.relaxed_systems import without
 from ltlplan.search.explanations.unsatisfiable_cores import NoPlan, edge_sentence, missing_edges, opened_to_all
@@ -54,6 +54,7 @@ def no_counted_plan(problem: Problem, kinds: Sequence[str], rooms: Mapping[str, 
         [sentence for sentence in [no_word(mission, core)] if sentence]
         or _bad_starts(mission, systems, core)
         or _apart(mission, systems, core)
+        or _at_one_instant(mission, systems, core, rooms)
         or [
             *_closed(mission, core),
             *(_unreached(problem, core) or _needed(problem, core, kinds, rooms)),
@@ -102,6 +103,36 @@ def _apart(mission: Mission, systems: Sequence[TransitionSystem], core: Sequence
         else ""
     )
     return [f"{a} and {b} lie apart: no robot is in both at once{few}." for a, b in pairs]
+
+
+def _at_one_instant(
+    mission: Mission, systems: Sequence[TransitionSystem], core: Sequence[Formula], rooms: Mapping[str, int]
+) -> list[str]:
+    """Say whether robots would have to enter or leave regions at the very same instant, and of which there is no room for them in any case."""
+    known = [*core, *laws_of_counts(core, len(systems)), *_shown_at_starts(systems, core)]
+    pair = next((pair for pair, law in laws_of_turns(core) if not some_word(mission, [*known, law])), None)
+    if pair is None:
+        return []
+    named = [atom for atom in pair if atom.robot]
+    first = f", such as `G ({named[0].text} -> F {named[1].text})`" if named else ""
+    shown = joined_names([f"`{atom.text}`" for atom in pair])
+    return [
+        f"Two robots would have to enter or leave at the very same instant, for {shown} to change together: no flight is sure to do that, as one "
+        f"comes before the other. What would help: a formula that lets one of them be first{first}.",
+        *(
+            f"Nor is there room for both in '{region}' at once: {_kept(mission)} {_enlarged(mission, region, 2)}."
+            for region in {atom.counted.name for atom in pair}
+            if rooms.get(region, 2) < 2
+        ),
+    ]
+
+
+def _shown_at_starts(systems: Sequence[TransitionSystem], core: Sequence[Formula]) -> Iterator[Formula]:
+    """Yield for each proposition that it holds at the start, or that it does not."""
+    for atom in propositions_of(core):
+        those = [system.labels[system.initial] for system in systems if atom.robot in ("", system.robot)]
+        held = sum(shows(atom.counted, letter) for letter in those) >= atom.least
+        yield atom.formula if held else Formula("!", (atom.formula,))
 
 
 def _possible(
@@ -171,7 +202,8 @@ def _crowded(
     """Say which regions are too small for what is asked: for a count, else those that are named."""
     named = sorted(all_of(core).names() & rooms.keys())
     return list(_too_small(mission, systems, rooms, core)) or [
-        f"It could hold if more robots were in '{name}' at once, which has room for {rooms[name] or 'none'}: {_kept(mission)} Make it larger."
+        f"It could hold if more robots were in '{name}' at once, which has room for {rooms[name] or 'none'}: {_kept(mission)} "
+        f"{_enlarged(mission, name, rooms[name] + 1)}."
         for name in named
     ]
 
@@ -210,10 +242,13 @@ def _what_would_do(mission: Mission, regions: Sequence[str], least: int) -> str:
     other = "ask for fewer, or in more regions"
     if len(regions) > 1:
         return f"Make one of them larger, or {other}."
-    scale = Room.of(mission, regions[0]).scale_for(least)
+    return f"{_enlarged(mission, regions[0], least)}, or {other}."
+
+
+def _enlarged(mission: Mission, region: str, least: int) -> str:
+    """Say how large a region must be at the least to hold some robots."""
+    scale = Room.of(mission, region).scale_for(least)
     if scale is None:
-        return f"Make it much larger, or {other}."
-    size = " x ".join(f"{2 * half:.3g}" for half in mission.all_regions[regions[0]].half_lengths)
-    return (
-        f"Make it larger ({size} m now; at least {math.ceil(scale * 100) / 100:g} times that, in each direction), or {other}."
-    )
+        return "Make it much larger"
+    size = " x ".join(f"{2 * half:.3g}" for half in mission.all_regions[region].half_lengths)
+    return f"Make it larger ({size} m now; at least {math.ceil(scale * 100) / 100:g} times that, in each direction)"

@@ -61,13 +61,14 @@ class Marks:
         self.initial = tuple(part.initial for part in self.parts)
         self.named = frozenset(robot for robot, _ in self._marks if robot)
 
-    def where(self, between: Mapping[str, tuple[int, int]]) -> Marks:
+    def where(self, between: Mapping[str, tuple[int, int]], laws: Sequence[Automaton] = ()) -> Marks:
         """Return the same propositions where counts that there is no room for are never true.
 
         Args:
             between: For texts of what is counted, how few and how many robots there is room for to show it.
+            laws: Automata of what is kept besides.
         """
-        return Marks(self._automata, self.atoms, between)
+        return Marks((*self._automata, *laws), self.atoms, between)
 
     def of(self, robot: str, letter: Letter) -> Sums:
         """Return the marks that one robot's letter makes, each 0 or 1."""

@@ -10,8 +10,9 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
+from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.search.bounds.goal_cover import GoalCover
-from ltlplan.search.counting.capacities import most_that_show
+from ltlplan.search.counting.capacities import laws_of_rooms, most_that_show
 from ltlplan.search.counting.classes import Classes
 from ltlplan.search.counting.counted_plans import CountedPlan, has_room, paths_are_free, stays_apart
 from ltlplan.search.counting.counting_propositions import Marks
@@ -173,7 +174,7 @@ def plan_counts(
 
 
 def roomy_marks(systems: Sequence[TransitionSystem], marks: Marks, rooms: Mapping[str, int]) -> Marks:
-    """Return the propositions of a team where counts for which small regions have no room are never true.
+    """Return the propositions of a team where counts and robots by name for which small regions have no room are never true.
 
     Args:
         systems: One for each robot.
@@ -185,7 +186,8 @@ def roomy_marks(systems: Sequence[TransitionSystem], marks: Marks, rooms: Mappin
         shown, not_shown = (most_that_show(asked, systems, rooms) for asked in (counted, Formula("!", (counted,))))
         few = 0 if not_shown is None else max(0, len(systems) - not_shown[0])
         between[str(counted)] = few, len(systems) if shown is None else shown[0]
-    return marks.where(between)
+    laws = laws_of_rooms(marks.atoms.values(), rooms)
+    return marks.where(between, [automaton for law in laws for automaton in conjunct_automata(law, "finite")])
 
 
 class _Planning:

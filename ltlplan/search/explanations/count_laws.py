@@ -49,11 +49,45 @@ def laws_of_counts(
         robots: Of how many robots teams are; None for teams of any size.
         letters: What one robot may show at a time; None where it may show everything.
     """
-    formula = all_of(parts)
-    plain = {node.name: Atom(node, "", node, 1) for node in _plain_names(formula)}
-    known = sorted((*plain.values(), *atoms(formula).values()), key=lambda atom: atom.text)
+    known = propositions_of(parts)
     laws = [law for one, other in itertools.combinations(known, 2) for law in _laws(one, other, robots, letters)]
     return [Formula("G", (law,)) for law in (*laws, *_laws_of_several(known))]
+
+
+def propositions_of(parts: Sequence[Formula]) -> list[Atom]:
+    """Return all propositions of requirements, plain names as well: these are counts of at least one robot.
+
+    Args:
+        parts: Requirements, written out.
+    """
+    formula = all_of(parts)
+    plain = {node.name: Atom(node, "", node, 1) for node in _plain_names(formula)}
+    return sorted((*plain.values(), *atoms(formula).values()), key=lambda atom: atom.text)
+
+
+def laws_of_turns(parts: Sequence[Formula]) -> list[tuple[tuple[Atom, Atom], Formula]]:
+    """Return pairs of propositions that only two robots at once can change together, and for each that they do not.
+
+    Args:
+        parts: Requirements, written out.
+    """
+    known = propositions_of(parts)
+    pairs = [(a, b) for a, b in itertools.combinations(known, 2) if _of_several(a, b)]
+    return [((a, b), Formula("G", (Formula("!", (Formula("&", (_changes(a), _changes(b))),)),))) for a, b in pairs]
+
+
+def _of_several(one: Atom, other: Atom) -> bool:
+    """Tell whether only two robots at once can change both propositions: each names a robot, or both count the same."""
+    return bool(one.robot and other.robot and one.robot != other.robot) or (
+        not one.robot and not other.robot and str(one.counted) == str(other.counted)
+    )
+
+
+def _changes(atom: Atom) -> Formula:
+    """Return that a proposition is another one at the next instant."""
+    shown, hidden = atom.formula, Formula("!", (atom.formula,))
+    both = [Formula("&", (now, Formula("X[!]", (then,)))) for now, then in ((shown, hidden), (hidden, shown))]
+    return Formula("|", tuple(both))
 
 
 def some_word(mission: Mission, parts: Sequence[Formula]) -> bool:

@@ -235,6 +235,16 @@ CASES = {
         "F a.right & F b.left", f"a: {_at(-1.5, 0.5)}, b: {_at(-1.5, -0.5)}", ("No way of any width leads to right", "'wall' stands between"), f"{_LEFT}, {_RIGHT}",
         f"wall: {_box(0, 0, 0.1, 2.4)}", never=("each waits",),
     ),
+    "two robots enter a small region at one instant": Refused(
+        "F vip.mid & G(vip.mid <-> guard.mid)", f"vip: {_at(-1.5, 0.5)}, guard: {_at(-1.5, -0.5)}",
+        ("`guard.mid` and `vip.mid` to change together", "room for both in 'mid'", "0.3 x 0.3 x 0.2 m now", "0.4 m apart", "such as `G (guard.mid -> F vip.mid)`"),
+        f"{_RIGHT}, {_between('mid', 0, 0, 0.3, 0.3)}", never=("each waits",),
+    ),
+    "an escort into a region that is too small for two": Refused(
+        "F vip.mid & G(vip.mid -> guard.mid)", f"vip: {_at(-1.5, 0.5)}, guard: {_at(-1.5, -0.5)}",
+        ("more robots were in 'mid' at once, which has room for 1", "0.3 x 0.3 x 0.2 m now", "0.4 m apart"),
+        f"{_RIGHT}, {_between('mid', 0, 0, 0.3, 0.3)}", never=("each waits", "very same instant"),
+    ),
     "counted robots would have to pass a forbidden region": Refused(
         "F(count(right) >= 1) & G(count(strip) <= 0)", _TWO, ("`F count(right) >= 1` needs strip",), f"{_RIGHT}, strip: {_box(0, 0, 0.3, 0.6)}", _walls(0, 0.1, 0.5),
         never=("each waits",),

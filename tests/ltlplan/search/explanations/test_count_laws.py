@@ -10,10 +10,11 @@ import pytest
 from ltlplan import parse_mission
 from ltlplan.logic.conjunction import conjuncts
 from ltlplan.search.exact import assign
-from ltlplan.search.explanations.count_laws import laws_of_counts, no_word
+from ltlplan.search.explanations.count_laws import laws_of_counts, laws_of_turns, no_word, propositions_of
 from ltlplan.search.explanations.unsatisfiable_cores import NoPlan
-from verify.data import Formula, Mission
+from verify.data import Formula, Mission, Word
 from verify.data.language.counting import atoms, written_out
+from verify.logic.semantics import satisfies
 
 _WAITING = "each waits"
 _ANY = "No team of any size can do this"
@@ -49,6 +50,9 @@ workspace: {{min: [-1.6, -1.3, 0.2], max: [1.6, 1.3, 1.8]}}
         ("F(count(left) >= 2 & count(right) >= 1)", 2, ("F (count(left) >= 2 & count(right) >= 1)",), "left and right lie apart"),
         ("G(count(right) >= 1)", 2, ("G count(right) >= 1",), "At the start no robot is inside right."),
         ("F left & G a.right", 2, ("G a.right",), "At the start a is not inside right."),
+        ("F a.left & G(a.left <-> b.left)", 2, ("F a.left", "G (a.left <-> b.left)"), "`a.left` and `b.left` to change together"),
+        ("F a.left & G(a.left <-> b.right)", 3, ("F a.left", "G (a.left <-> b.right)"), "such as `G (a.left -> F b.right)`"),
+        ("F(count(left) >= 2) & G !(count(left) == 1)", 3, ("F count(left) >= 2", "G !(count(left) == 1)"), "at the very same instant"),
     ],
 )  # fmt: skip
 def test_parts_that_contradict_each_other_are_named(formula: str, robots: int, core: tuple[str, ...], says: str) -> None:
@@ -78,6 +82,27 @@ def test_what_one_robot_cannot_do_and_two_can_is_not_said_of_any_team() -> None:
     with pytest.raises(NoPlan, match="Whatever the robot does"):
         assign(mission(formula, 1))
     assert assign(mission(formula, 2)).robots
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_robots_that_move_one_after_another_keep_the_laws_of_turns(seed: int) -> None:
+    """Every law holds of random words in which one robot's letter changes at a time; where two change at once some law is broken."""
+    rng = random.Random(seed)
+    parts = conjuncts(mission("F a.left & F b.right & F(count(left) >= 3) & F(count(left) >= 2) & F left", 3).formula)
+    laws = [law for _, law in laws_of_turns(parts)]
+    assert len(laws) == 4
+    letters = [frozenset(some) for k in range(3) for some in itertools.combinations(("left", "right"), k)]
+    team = tuple(rng.choice(letters) for _ in range(3))
+    word = [team]
+    for _ in range(12):
+        mover = rng.randrange(3)
+        team = tuple(rng.choice(letters) if k == mover else letter for k, letter in enumerate(team))
+        word.append(team)
+    known = propositions_of(parts)
+    shown = [[atom.text for atom in known if holds(atom.formula, at)] for at in word]
+    for law in laws:
+        assert satisfies(law, Word.of(shown))
+        assert not satisfies(law, Word.of([[], [atom.text for atom in known]]))
 
 
 _PARTS = ("right", "left", "some(right)", "all(left)", "a.right", "!b.left", *(f"count({what}) {sign} {k}" for what in ("right", "!right", "left & !right") for sign in (">=", "<=") for k in (0, 1, 2)))  # fmt: skip
