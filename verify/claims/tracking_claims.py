@@ -11,7 +11,7 @@ import numpy as np
 from verify.claims.claim import Claim, claim_of, figures, told_apart
 from verify.claims.evidence import Evidence
 from verify.data.airframe import load_airframe, shipped_airframe_names
-from verify.data.disturbance import Disturbance
+from verify.data.disturbance import Disturbance, StreamedSetpoints, Unrest
 from verify.data.mission import Mission
 from verify.data.trajectory import Trajectory
 from verify.data.vehicle import Vehicle
@@ -25,15 +25,11 @@ ON_BOARD = "mellinger"
 """The controller that there is a proof for at heading 0."""
 LONGEST = {PROVED_CONTROLLER: 600.0, ON_BOARD: 60.0}
 """s of a flight that is proved, by controller."""
-_FLOWN = {
-    PROVED_CONTROLLER: "with set-points, by `geometric` at 50 Hz, that are not rounded",
-    ON_BOARD: "with set-points of polynomials on board at 100 Hz, by `mellinger` on its filter",
-}
-_ASSUMED = {
-    PROVED_CONTROLLER: "a start at rest in hover, summed errors zero",
-    ON_BOARD: "a start at rest in hover, summed errors and the filter's covariance settled, a pose from the cameras every 10 ms, "
-    "an accelerometer without error",
-}
+_FLOWN_ON_BOARD = "with set-points of polynomials on board at 100 Hz, by `mellinger` on its filter"
+_ASSUMED_ON_BOARD = (
+    "a start at rest in hover, summed errors and the filter's covariance settled, a pose from the cameras every 10 ms, "
+    "an accelerometer without error"
+)
 _STEPS = 6
 """Halvings by which the largest share of the disturbances is looked for that would hold."""
 
@@ -148,9 +144,10 @@ def _claim(robot: str, asked: _Asked, margin: float, share: float | None) -> Cla
     bound = figures(found.bound, 4, up=True)
     dearest = sorted(found.costs.items(), key=lambda cost: -cost[1])[:4]
     costs = ", ".join(f"{name} {1000.0 * cost:.1f} mm" for name, cost in dearest if cost > 5e-5)
-    controller = asked.vehicle.controller or PROVED_CONTROLLER
-    set_points = _FLOWN[controller]
-    assumed = f"Assumed: {_ASSUMED[controller]}; {_stated(asked.disturbance)}"
+    on_board = asked.vehicle.controller == ON_BOARD
+    set_points = _FLOWN_ON_BOARD if on_board else _set_points(asked.disturbance.setpoints)
+    start = _ASSUMED_ON_BOARD if on_board else _start(asked.disturbance.rest)
+    assumed = f"Assumed: {start}; {_stated(asked.disturbance)}"
     tight = f"it is tight at {found.time:.2f} s"
     said = " ".join(f"{part}." for part in (costs, assumed) if part)
     if within:
@@ -168,6 +165,28 @@ def _claim(robot: str, asked: _Asked, margin: float, share: float | None) -> Cla
 
 def _lacked(robot: str, sentence: str, margin: float) -> Claim:
     return claim_of("tracking", "undecided", sentence, robot=robot, unit="m", limit=margin, what="distance from the plan")
+
+
+def _set_points(told: StreamedSetpoints | None) -> str:
+    """Return from which set-points a controller on the ground flies, in words."""
+    if told is None:
+        return "with set-points, by `geometric` at 50 Hz, that are not rounded"
+    units = ("m", "m/s", "m/s^2", "m/s^3", "m/s^4")
+    rounded = [f"{size:g} {unit}" for size, unit in zip(told.rounding, units, strict=True) if size]
+    rounded += [f"{told.heading:g} rad of heading"] if told.heading else []
+    found = f"with set-points, by `geometric`, that are streamed at 50 Hz, {told.age[0]:g} to {told.age[1]:g} s old, "
+    found += "with the path's derivatives" if told.orders == 4 else f"without derivatives above the order {told.orders}"
+    return f"{found}, {'rounded by at most ' + ', '.join(rounded) if rounded else 'and not rounded'}"
+
+
+def _start(rest: Unrest | None) -> str:
+    """Return which start is assumed, in words."""
+    rest = rest or Unrest()
+    units = {"speed": "m/s", "tilt": "rad of tilt", "turn": "rad/s", "heading": "rad of heading"}
+    found = [f"{size:g} {unit}" for name, unit in units.items() if (size := getattr(rest, name))]
+    found += [f"{100.0 * rest.rotors:g} % of each rotor's thrust"] if rest.rotors else []
+    start = f"a start within {', '.join(found)} of a hover at rest" if found else "a start at rest in hover"
+    return f"{start}, summed errors {f'within {rest.summed:g} m/s^2' if rest.summed else 'zero'}"
 
 
 def _stated(disturbance: Disturbance) -> str:

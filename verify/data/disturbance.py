@@ -20,6 +20,84 @@ def _at_most(most: float) -> object:
 _Number = Annotated[float, Strict()]
 
 
+def _require_range(name: str, ends: tuple[float, float]) -> None:
+    if ends[0] > ends[1]:
+        raise ValueError(f"{name} {ends[0]:g} to {ends[1]:g} s is no range: the least comes first")
+
+
+class StreamedSetpoints(Value):
+    """Bounds of what set-points are off by that a controller is sent, 50 times a second."""
+
+    age: tuple[Annotated[_Number, _at_most(0.05)], Annotated[_Number, _at_most(0.05)]] = Field(
+        default=(0.0, 0.0), description="s, age of the set-point that a command follows: least and most"
+    )
+    orders: Annotated[int, Strict(), Field(ge=2, le=4)] = Field(
+        default=4, description="highest derivative of a position that set-points hold: those above are taken for 0"
+    )
+    position: Annotated[_Number, _at_most(0.1)] = Field(default=0.0, description="m, by which rounding moves a position")
+    velocity: Annotated[_Number, _at_most(1.0)] = Field(default=0.0, description="m/s, by which it moves a velocity")
+    acceleration: Annotated[_Number, _at_most(1.0)] = Field(default=0.0, description="m/s^2, by which it moves an acceleration")
+    jerk: Annotated[_Number, _at_most(10.0)] = Field(default=0.0, description="m/s^3, by which it moves a jerk")
+    snap: Annotated[_Number, _at_most(100.0)] = Field(default=0.0, description="m/s^4, by which it moves a snap")
+    heading: Annotated[_Number, _at_most(0.1)] = Field(default=0.0, description="rad, by which it turns the heading")
+
+    @model_validator(mode="after")
+    def _ordered(self) -> StreamedSetpoints:
+        _require_range("age", self.age)
+        return self
+
+    @property
+    def rounding(self) -> tuple[float, ...]:
+        """By how much rounding changes a position and each of its four derivatives, as lengths."""
+        return self.position, self.velocity, self.acceleration, self.jerk, self.snap
+
+    def covers(self, other: StreamedSetpoints) -> bool:
+        """Return whether set-points of another stream are within these.
+
+        Args:
+            other: What that stream's set-points are off by.
+        """
+        rounded = all(mine >= own for mine, own in zip(self.rounding, other.rounding, strict=True))
+        aged = self.age[0] <= other.age[0] and other.age[1] <= self.age[1]
+        return rounded and aged and self.heading >= other.heading and self.orders <= other.orders
+
+    def scaled(self, share: float) -> StreamedSetpoints:
+        """Return a share of these errors; the age's least end and the orders stay.
+
+        Args:
+            share: From 0 to 1.
+        """
+        names = ("position", "velocity", "acceleration", "jerk", "snap", "heading")
+        early, late = self.age
+        changes = {name: share * getattr(self, name) for name in names}
+        return self.model_copy(update={**changes, "age": (early, early + share * (late - early))})
+
+
+class Unrest(Value):
+    """Bounds of how far from rest, level and in balance a robot may be when its flight begins; what is left out is 0."""
+
+    speed: Annotated[_Number, _at_most(1.0)] = Field(
+        default=0.0, description="m/s, of the robot at the start and as long before as what it is given may be old"
+    )
+    tilt: Annotated[_Number, _at_most(0.2)] = Field(default=0.0, description="rad, of its thrust's axis")
+    turn: Annotated[_Number, _at_most(2.0)] = Field(default=0.0, description="rad/s, of its body rates")
+    heading: Annotated[_Number, _at_most(0.3)] = Field(default=0.0, description="rad, by which its heading is off")
+    rotors: Annotated[_Number, _at_most(0.3)] = Field(
+        default=0.0, description="share by which each rotor's thrust may differ from that of the model's hover"
+    )
+    summed: Annotated[_Number, _at_most(5.0)] = Field(
+        default=0.0, description="m/s^2, of the errors that the controller has summed"
+    )
+
+    def scaled(self, share: float) -> Unrest:
+        """Return a share of all of these.
+
+        Args:
+            share: From 0 to 1.
+        """
+        return self.model_copy(update={name: share * getattr(self, name) for name in type(self).model_fields})
+
+
 class Disturbance(Value):
     """Bounds of what disturbs a flight; what is left out is 0."""
 
@@ -58,11 +136,14 @@ class Disturbance(Value):
     start: Annotated[_Number, _at_most(0.5)] = Field(
         default=0.0, description="m from the plan's start at which a flight may begin"
     )
+    rest: Unrest | None = Field(default=None, description="how far from rest a flight may begin; left out, it begins at rest")
+    setpoints: StreamedSetpoints | None = Field(
+        default=None, description="what streamed set-points are off by; left out, they are those of the plan at each command"
+    )
 
     @model_validator(mode="after")
     def _ordered(self) -> Disturbance:
-        if self.latency[0] > self.latency[1]:
-            raise ValueError(f"latency {self.latency[0]:g} to {self.latency[1]:g} s is no range: the least comes first")
+        _require_range("latency", self.latency)
         return self
 
     def scaled(self, share: float) -> Disturbance:
@@ -75,4 +156,5 @@ class Disturbance(Value):
         names += ("inertia", "centre", "start")
         early, late = self.latency
         changes = {name: share * getattr(self, name) for name in names}
-        return self.model_copy(update={**changes, "latency": (early, early + share * (late - early))})
+        within = {"rest": self.rest and self.rest.scaled(share), "setpoints": self.setpoints and self.setpoints.scaled(share)}
+        return self.model_copy(update={**changes, **within, "latency": (early, early + share * (late - early))})

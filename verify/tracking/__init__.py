@@ -1,7 +1,7 @@
 """The proof that a stated controller keeps a vehicle near its plan under stated disturbances (docs/tracking.md).
 
 Read `sampled_loop` (kernels of linear loops, every rounding counted) and `loops` (those of the geometric controller). `plan_samples` samples a path,
-`flatness` what is fed forward. `error_model` holds the values, `tilts`, `circumstances` and `remainders` bound what drives the loops, and `nominal` what is
+`flatness` what is fed forward, and `given` set-points as they are sent. `error_model` holds the values, `tilts`, `circumstances` and `remainders` bound what drives the loops, and `nominal` what is
 known of it. `proof` closes the bounds.
 
 `mellinger` on the filter on board: `slopes` and `rotations` are numbers, `onboard_model` and `onboard_filter` laws in them; `onboard_loop` is a linear loop

@@ -10,7 +10,6 @@ import math
 import numpy as np
 
 from verify.arithmetic.balls import Floats
-from verify.arithmetic.intervals import Interval
 from verify.data.airframe import AirframeTable
 from verify.data.vehicle import GRAVITY, Vehicle
 from verify.tracking.error_model import (
@@ -21,7 +20,6 @@ from verify.tracking.error_model import (
     Fed,
     H,
     NotProved,
-    along_slopes,
     most_of,
     shifted,
 )
@@ -211,8 +209,9 @@ class Circumstances:
         fifth = np.hypot(*self.model.reach(3))
         whole, turn = held.rates + held.spin, held.turning + held.spinning
         third = held.most * (3.0 * whole * turn + whole**3) + 3.0 * held.slope * (turn + whole**2)
+        strayed, _ = self.model.given.strayed
         steps = (self.model.stepped(0) + t * self.model.stepped(1) + 0.5 * t * t * self.model.stepped(2))[:, 0]
-        cubic = t**3 / 6.0 * (fifth + third) + steps + ROUNDING
+        cubic = t**3 / 6.0 * (fifth + third) + steps + strayed + ROUNDING
         bend = 0.5 * t * t * most_of(self.fed.change)
         self.missed_up = cubic + bend
         first = float(np.linalg.norm(self.model.force()[0][0] - np.array([0.0, 0.0, GRAVITY])))
@@ -220,6 +219,3 @@ class Circumstances:
         self.lean_between = np.maximum(held.lean, shifted(held.lean))
         self.upright_between = np.minimum(self.upright, shifted(self.upright, 1.0))
         self.force_step = self.bounds.lateral["grown"] + self.end, self.bounds.vertical["grown"] + self.end
-
-    def _moved(self, slope: tuple[Interval, ...]) -> Floats:
-        return along_slopes(slope, self.bounds.lateral["aim"], self.bounds.vertical["aim"]) + ROUNDING

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from verify.arithmetic.balls import Floats
 from verify.arithmetic.intervals import Interval
 from verify.data.airframe import AirframeTable
-from verify.data.disturbance import Disturbance
+from verify.data.disturbance import Disturbance, Unrest
 from verify.data.vehicle import GRAVITY, Vehicle
 from verify.tracking.flatness import FedForward, Jet, fed_forward
+from verify.tracking.given import GivenSetpoints, given_setpoints
 from verify.tracking.loops import LoopChoice, drag_of
 from verify.tracking.plan_samples import PlanSamples
 from verify.tracking.sampled_loop import TICK
@@ -69,7 +71,7 @@ class Bounds:
     heading: Mapping[str, Floats]
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False)
 class ErrorModel:
     """One robot under disturbances.
 
@@ -91,6 +93,23 @@ class ErrorModel:
     def drags(self) -> tuple[float, float]:
         """Damping that the controller counts on, 1/s."""
         return drag_of(self.vehicle, self.airframe)
+
+    @property
+    def rest(self) -> Unrest:
+        """Bounds on how far from rest it may begin."""
+        return self.disturbance.rest or Unrest()
+
+    @property
+    def unbalanced(self) -> tuple[float, float]:
+        """Angular acceleration that rotors may give at the start, about x and y together and about z, rad/s^2."""
+        vehicle, share = self.vehicle, self.rest.rotors * self.vehicle.mass * GRAVITY * (1.0 + 1e-9)
+        jx, jy, jz = vehicle.inertia
+        return share * vehicle.arm / np.sqrt(2.0) / min(jx, jy), share * vehicle.torque_to_thrust / jz
+
+    @cached_property
+    def given(self) -> GivenSetpoints:
+        """Bounds on what set-points are off by."""
+        return given_setpoints(self.plan, self.disturbance.setpoints, self.drags)
 
     def force(self, which: str = "at") -> tuple[Floats, Floats, Floats]:
         """Return the plan's force, with drag and gravity, and two derivatives, at the commands or between. Shape (ticks, 3) each.
@@ -128,27 +147,64 @@ class Fed:
         here: At the commands.
         alone: With the plan's force over the cell's thrust, to which feedback tends.
         middle: The same, between two commands.
+        given: As `alone`, with derivatives as set-points may give them.
     """
 
     here: FedForward
     alone: FedForward
     middle: FedForward
+    given: FedForward
+
+    def moved(self, of: Callable[[FedForward], Jet], bounds: Bounds) -> Floats:
+        """Bound how far a number is from what the plan alone makes of it.
+
+        Args:
+            of: Which.
+            bounds: Of the feedback.
+        """
+        side, up = bounds.lateral["aim"], bounds.vertical["aim"]
+        return along_slopes(of(self.here).slope, side, up) + self.strayed(of) + ROUNDING
+
+    def strayed(self, of: Callable[[FedForward], Jet]) -> Floats:
+        """Bound how far set-points move a number from what the plan alone makes of it.
+
+        Args:
+            of: Which.
+        """
+        return size_of(of(self.given).value - of(self.alone).value)
 
 
-def fed_of(model: ErrorModel, bounds: Bounds, alone: tuple[FedForward, FedForward], share: float) -> Fed:
+def feeds_alone(model: ErrorModel, share: float) -> tuple[FedForward, FedForward, FedForward]:
+    """Return what is fed forward for the plan's force over the share: at the commands, between, and as set-points may give it.
+
+    Args:
+        model: The robot.
+        share: Acceleration over the acceleration that is commanded.
+    """
+    given, none = model.given, np.zeros((3, len(model.plan), 3))
+    (force, jerk, snap), between = model.force(), model.force("middle")
+    wide = given.spread / np.array([share, 1.0, 1.0])[:, None, None]
+    return (
+        fed_forward(force / share, jerk, snap, none),
+        fed_forward(between[0] / share, between[1], between[2], none),
+        fed_forward(force / share, given.jerk, given.snap, wide),
+    )
+
+
+def fed_of(model: ErrorModel, bounds: Bounds, alone: tuple[FedForward, FedForward, FedForward], share: float) -> Fed:
     """Return what is fed forward.
 
     Args:
         model: The robot.
         bounds: Of all states.
-        alone: What is fed forward for the plan's force over the share, at the commands and between.
+        alone: As `feeds_alone` returns it.
         share: Acceleration over the acceleration that is commanded.
 
     Raises:
         NotProved: The commanded force may turn down.
     """
     reach = np.stack([bounds.lateral["aim"], bounds.lateral["aim"], bounds.vertical["aim"]], axis=1)
-    force, jerk, snap = model.force()
+    force, given = model.force()[0], model.given
     side, up = model.reach(1)
     drift = abs(1.0 - 1.0 / share) * (TICK * np.stack([side, side, up], axis=1) + model.stepped(0))
     beside = reach.copy()
@@ -156,7 +212,8 @@ def fed_of(model: ErrorModel, bounds: Bounds, alone: tuple[FedForward, FedForwar
     if not np.all(beside < 0.4 * force[:, 2:] / share):
         raise NotProved("the commanded force may fall to the least thrust")
     with np.errstate(invalid="ignore"):  # NaN: nothing is known, and no condition is met
-        return Fed(fed_forward(force / share, jerk, snap, beside), *alone)
+        boxes = np.stack([beside + given.spread[0] / share, given.spread[1], given.spread[2]])
+        return Fed(fed_forward(force / share, given.jerk, given.snap, boxes), *alone)
 
 
 class Before:

@@ -76,19 +76,23 @@ class FedForward:
 
 
 def fed_forward(force: Floats, jerk: Floats, snap: Floats, reach: Floats) -> FedForward:
-    """Return what is fed forward, for every feedback in a box, at heading 0.
+    """Return what is fed forward, for every feedback in a box and all derivatives in boxes, at heading 0.
 
     Args:
         force: Of the plan, with its drag and gravity, m/s^2. Shape (ticks, 3).
         jerk: Its derivative. Shape (ticks, 3).
         snap: Its second derivative. Shape (ticks, 3).
-        reach: Half the sides of the boxes of feedback, m/s^2. Shape (ticks, 3).
+        reach: Half the sides of the boxes of feedback and of both derivatives, m/s^2 and s. Shape (3, ticks, 3).
     """
     nothing, one = interval(np.zeros(len(force))), interval(np.ones(len(force)))
     none = nothing, nothing, nothing
     slopes = (one, nothing, nothing), (nothing, one, nothing), (nothing, nothing, one)
-    pushed = [Jet(interval(force[:, k]) + Interval(-reach[:, k], reach[:, k]), slopes[k]) for k in range(3)]
-    held = [[Jet(interval(values[:, k]), none) for k in range(3)] for values in (jerk, snap)]
+    boxes = [
+        [interval(values[:, k]) + Interval(-sides[:, k], sides[:, k]) for k in range(3)]
+        for values, sides in zip((force, jerk, snap), reach, strict=True)
+    ]
+    pushed = [Jet(box, slope) for box, slope in zip(boxes[0], slopes, strict=True)]
+    held = [[Jet(box, none) for box in sides] for sides in boxes[1:]]
     return _flat((pushed[0], pushed[1], pushed[2]), *((x, y, z) for x, y, z in held))
 
 

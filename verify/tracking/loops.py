@@ -79,7 +79,7 @@ def lateral_loop(vehicle: Vehicle, airframe: AirframeTable, choice: LoopChoice) 
             jump[at["d"], at[name]] -= value
         for effect in commanded.values():
             effect["d"] = -effect["p"]
-        commanded |= {f"{name}j": {name: arb(1)} for name in ("d", "e", "mu", "pull")} | {"begin": _begun(names, jump)}
+        commanded |= {f"{name}j": {name: arb(1)} for name in ("d", "e", "mu", "pull")} | _begun(names, jump)
     led, aims = (
         airframe.rotor_lag / gains.quickened_lag,
         {"d": -gains.attitude[0], "e": -gains.rate[0], "pull": -gains.attitude[0]},
@@ -127,7 +127,7 @@ def vertical_loop(vehicle: Vehicle, airframe: AirframeTable, choice: LoopChoice)
             jump[at["b"], at[name]] -= value
         for effect in commanded.values():
             effect["b"] = -effect["p"]
-        commanded |= {"bj": {"b": arb(1)}, "begin": _begun(names, jump)}
+        commanded |= {"bj": {"b": arb(1)}} | _begun(names, jump)
     outputs = {name: _row(names, {name: 1.0}) for name in ("xi", "nu", "b", "I", "p")}
     outputs["pushed"] = _row(names, {"p": 1.0, "b": 1.0})
     return _loop(names, (step, jump), choice, inputs, commanded, outputs, held)
@@ -273,6 +273,7 @@ def _commands(
         "place": {"p": -near, "I": -gain * arb(choice.summed)},
         "speed": {"p": -speed},
         "clip": {"p": gain, "I": gain},
+        "given": {"p": arb(1)},
     }
     return jump, {**fresh, "p": arb(-1)}, seen
 
@@ -289,7 +290,7 @@ def _loop(
     step, jump = (Matrix.of(each) for each in maps)
     at = {name: row for row, name in enumerate(names)}
     taken = {name: Matrix.of(_column(names, effect)) for name, effect in commanded.items()}
-    fed = {name: float(taken[name].size[at["p"], 0]) for name in ("place", "speed", "clip", "begin")}
+    fed = {name: float(effect.size[at["p"], 0]) for name, effect in taken.items()}
     grown = Matrix.of(_column(names, held))
     return SampledLoop(
         states=names,
@@ -305,10 +306,14 @@ def _loop(
     )
 
 
-def _begun(names: Sequence[str], jump: arb_mat) -> dict[str, arb]:
-    """Return the state after the first command of a vehicle that hovered 1 m off."""
+def _begun(names: Sequence[str], jump: arb_mat) -> dict[str, dict[str, arb]]:
+    """Return the states after the first command of a vehicle that hovered 1 m off, that moved at 1 m/s, and whose sum was 1 m/s^2."""
     at = list(names)
-    return {name: jump[row, at.index("xi")] + jump[row, at.index("xi_seen")] for row, name in enumerate(names)}
+    begun = {"begin": ("xi", "xi_seen"), "moving": ("nu",), "summed": ("I",)}
+    return {
+        start: {name: sum((jump[row, at.index(of)] for of in states), start=arb(0)) for row, name in enumerate(names)}
+        for start, states in begun.items()
+    }
 
 
 def _identity(size: int) -> arb_mat:

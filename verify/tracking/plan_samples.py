@@ -52,7 +52,7 @@ def fixed_heading(path: Trajectory) -> float | None:
     return float(yaw[0, 0]) if np.all(yaw[:, 1:] == 0.0) and np.all(yaw[:, 0] == yaw[0, 0]) else None
 
 
-def sample_plan(path: Trajectory, duration: float, heading: float, latency: float) -> PlanSamples:
+def sample_plan(path: Trajectory, duration: float, heading: float, latency: float, delay: float = 0.0) -> PlanSamples:
     """Return a path as a controller reads it; after its end it hovers.
 
     Args:
@@ -60,10 +60,11 @@ def sample_plan(path: Trajectory, duration: float, heading: float, latency: floa
         duration: Of the team's flight, s.
         heading: rad, that it keeps.
         latency: s, by which cameras are late; before time 0 the vehicle hovered.
+        delay: s, for which it hovers before the path begins.
     """
     ticks = max(math.ceil(duration / TICK), 1)
     times = np.arange(ticks, dtype=np.float64) * TICK
-    pieces = _Pieces.of(path, heading, float(times[-1]) + 2.0 * TICK)
+    pieces = _Pieces.of(path, heading, float(times[-1]) + 2.0 * TICK, delay)
     across, along = np.zeros((ticks, ORDERS)), np.zeros((ticks, ORDERS))
     at, middle, seen = (np.empty((ticks, rows, 3)) for rows in (ORDERS, ORDERS, 2))
     for tick, time in enumerate(times):
@@ -104,16 +105,18 @@ class _Pieces:
     knots: Floats
 
     @classmethod
-    def of(cls, path: Trajectory, heading: float, end: float) -> _Pieces:
-        """Take a path, and a hover behind it until some time."""
+    def of(cls, path: Trajectory, heading: float, end: float, delay: float = 0.0) -> _Pieces:
+        """Take a path, a hover behind it until some time, and one before it."""
         cosine, sine = math.cos(heading), math.sin(heading)
         turn = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
         own = path.coefficients[:, :3]
         turned = np.asarray(np.einsum("ij,pjk->pik", turn, own) if heading else own, dtype=np.float64)
         hover = np.zeros((1, 3, DEGREE + 1))
         hover[0, :, 0] = _derivatives(turned[-1], path.durations[-1])[0][0]
-        knots = np.append(path.knots, max(end, path.duration + TICK))
-        return cls(np.concatenate([turned, hover]), knots)
+        before = np.zeros((1 if delay else 0, 3, DEGREE + 1))
+        before[:, :, 0] = turned[0, :, 0]
+        knots = np.concatenate([np.zeros(len(before)), path.knots + delay, [max(end, path.duration + delay + TICK)]])
+        return cls(np.concatenate([before, turned, hover]), knots)
 
     def at(self, time: float) -> Floats:
         """Return all derivatives at a time; before time 0 those of a hover at the start. Shape (DEGREE + 1, 3)."""

@@ -16,8 +16,9 @@ from verify.arithmetic.balls import Floats
 from verify.data.disturbance import Disturbance
 from verify.data.trajectory import Trajectory
 from verify.data.vehicle import Vehicle
-from verify.tracking.error_model import NEAR, Bounds, Cell, ErrorModel, Inputs, NotProved, fed_of
-from verify.tracking.flatness import FedForward, Jet, fed_forward
+from verify.tracking.error_model import NEAR, Bounds, Cell, ErrorModel, Inputs, NotProved, fed_of, feeds_alone
+from verify.tracking.flatness import FedForward, Jet
+from verify.tracking.given import behind, delay_of
 from verify.tracking.loops import LoopChoice, heading_loop, lag_share, lateral_loop, reaction_of, roll_drag_of, vertical_loop
 from verify.tracking.nominal import Combined, known_response
 from verify.tracking.plan_samples import fixed_heading, sample_plan
@@ -87,7 +88,8 @@ def model_of(
     heading = fixed_heading(path)
     if heading is None:
         raise NotProved("there is no proof for a heading that turns")
-    plan = sample_plan(path, duration, heading, _H * steps_late(disturbance))
+    delay = delay_of(disturbance.setpoints)
+    plan = sample_plan(path, duration + delay, heading, _H * steps_late(disturbance), delay)
     offset = float(np.linalg.norm(path.coefficients[0, :3, 0] - np.array(start))) * (1.0 + 1e-12)
     return ErrorModel(vehicle, disturbance.airframe, disturbance, plan, offset)
 
@@ -149,11 +151,7 @@ class _Loops:
             raise NotProved("the controller's gains are not shown to stabilise the vehicle") from None
         self._force, self._jerk, self._snap = model.force()
         share = cell.choice.thrust
-        exact, between = (
-            fed_forward(force / share, jerk, snap, np.zeros((ticks, 3)))
-            for force, jerk, snap in (model.force(), model.force("middle"))
-        )
-        self._alone = exact, between
+        self._alone = exact, between, _ = feeds_alone(model, share)
         forcing = self._forcing(exact, between)
         moments = np.stack([_middle(jet) for jet in lateral_moments(exact)], axis=1)
         self._known = {
@@ -295,16 +293,19 @@ class _Loops:
     def bound(self, bounds: Bounds, inputs: Inputs) -> TrackingBound:
         """Return what bounds that are kept say of positions, and what it is made of."""
         flat, up = bounds.lateral["xi"], bounds.vertical["xi"]
-        course = np.hypot(flat, up) * (1.0 + 1e-9)
+        delay = delay_of(self._model.disturbance.setpoints)
+        around, late = np.hypot(flat, up), behind(self._model.plan, delay)
+        course = (around + late) * (1.0 + 1e-9)
         tick = int(np.argmax(course))
         parts: dict[str, float] = {}
-        for kind, share in (("lateral", flat[tick] / course[tick]), ("vertical", up[tick] / course[tick])):
+        for kind, share in (("lateral", flat[tick] / around[tick]), ("vertical", up[tick] / around[tick])):
             known = float(share * self._known[kind]["xi"][tick])
             parts["set-points and thrust that are known"] = parts.get("set-points and thrust that are known", 0.0) + known
             for (loop, name, cause), bound in inputs.items():
                 if loop == kind:
                     moved = np.convolve(self._kernels[kind].sums["xi", name], bound)[tick]
                     parts[cause] = parts.get(cause, 0.0) + float(share * moved)
+        parts["set-points"] = parts.get("set-points", 0.0) + float(late[tick])
         return TrackingBound(float(course[tick]), float(self._model.plan.times[tick]), course, parts)
 
 

@@ -61,19 +61,30 @@ class _Remainders(Circumstances):
         middle = H * choice.late
         apart = max(told.latency[1] - middle, middle - told.latency[0], 0.0) * (1.0 + 1e-12)
         here = np.ones(len(pace))
-        begun = np.zeros(len(pace))
-        begun[0] = told.start + self.model.offset
-        first = np.zeros(len(pace))
-        first[0] = self.model.plan.jumps[0, 1]  # cameras see a hover where the path may begin at some speed
+        given, axis = self.model.given, 0 if loop == "lateral" else 1
+        first = self._at_first(self.model.plan.jumps[0, 1])  # cameras see a hover where the path may begin at some speed
         return {
+            **self._begun(loop),
+            (loop, "place", "set-points"): given.place[:, axis],
+            (loop, "speed", "set-points"): given.speed[:, axis],
+            (loop, "given", "set-points"): given.force[:, axis],
             (loop, "place", "position"): told.position * here,
             (loop, "speed", "velocity"): told.velocity * here,
             (loop, "speed", "plan"): first,
             (loop, "place", "latency"): apart * np.maximum(pace, shifted(pace)) + 1e-9,
             (loop, "speed", "latency"): apart * np.maximum(change, shifted(change)) + 1e-9,
-            (loop, "begin", "start"): begun,
             (loop, "clip", "sum's clip"): self._clipped(self.bounds.lateral if loop == "lateral" else self.bounds.vertical),
         }
+
+    def _at_first(self, value: float) -> Floats:
+        return np.where(np.arange(len(self.model.plan)) == 0, value, 0.0)
+
+    def _begun(self, loop: str) -> Inputs:
+        """Bound how the place, the speed and the sum begin. What cameras saw before is of the same speed, and as old as it may be."""
+        told, rest = self.model.disturbance, self.model.rest
+        sizes = {"begin": told.start + self.model.offset, "moving": rest.speed, "summed": rest.summed}
+        sizes |= {"place": told.latency[1] * rest.speed, "speed": rest.speed}
+        return {(loop, name, "start"): self._at_first(size) for name, size in sizes.items()}
 
     def _clipped(self, bounds: Mapping[str, Floats]) -> Floats:
         """Bound what the clip takes from the sum's share of an error."""
@@ -119,7 +130,8 @@ class _Remainders(Circumstances):
             ("lateral", "u", "gyroscope"): gains.rate[0] * strong * told.gyroscope,
             ("lateral", "u", "attitude"): gains.attitude[0] * strong * told.attitude,
             ("lateral", "u", "plan"): gains.attitude[0] * strong * self.stale,
-            ("lateral", "u", "coupling"): tilts.law + strong * (self.countered[0] + self.bent),
+            ("lateral", "u", "set-points"): tilts.given,
+            ("lateral", "u", "coupling"): np.maximum(tilts.law - tilts.given, 0.0) + strong * (self.countered[0] + self.bent),
             ("lateral", "eacc", "mass and thrust"): cell.spread[1] * strong * tilts.moved,
             ("lateral", "eacc", "coupling"): strong * (self.gyration[0] + self.hub_turn)
             + tilts.turned
@@ -131,6 +143,7 @@ class _Remainders(Circumstances):
             ("lateral", "e!", "plan"): tilts.broken[1],
         }
         n |= {("lateral", name, "plan"): ROUNDING * here for name in ("dj", "ej", "muj")}
+        n |= self._tilted()
         acceleration, torque = (total_of(n, "lateral", name) for name in ("acc", "eacc"))
         lag = lag_share(model.airframe)
         n |= self._joined("lateral", acceleration, model.drags[0])
@@ -141,6 +154,16 @@ class _Remainders(Circumstances):
         pace = model.plan.across[:, 1] + flat["nu"]
         change = self.model.plan.across[:, 2] + self.accelerations[0]
         return n | self._seen("lateral", pace, change)
+
+    def _tilted(self) -> Inputs:
+        """Bound how tilt, rates and moments begin, beside those of a hover."""
+        rest, tilts = self.model.rest, self.tilts
+        sizes = {
+            "dj": tilts.most[0] * rest.tilt,
+            "ej": tilts.most[0] * rest.turn + tilts.slide[0] * rest.tilt,
+            "muj": tilts.most[0] * self.model.unbalanced[0],
+        }
+        return {("lateral", name, "start"): self._at_first(float(size)) for name, size in sizes.items()}
 
     def _spun_jumps(self) -> tuple[Floats, Floats]:
         """Bound jumps of the rate about z that is fed forward, less what was fed forward of it, and of its change."""
@@ -162,6 +185,8 @@ class _Remainders(Circumstances):
             + along_slopes((*slid,), *held)
         )
         turn = size_of(turn - before(turn)) + along_slopes(turns, *grown) + along_slopes((*drift,), *held)
+        off, slid = (self.all.strayed(of) for of in (lambda fed: fed.rates[2], lambda fed: fed.rates_change[2]))
+        rate, turn = rate + off + shifted(off + TICK * slid), turn + slid + shifted(slid)
         return rate + ROUNDING, turn + ROUNDING
 
     @property
@@ -176,7 +201,7 @@ class _Remainders(Circumstances):
         off_thrust, _ = cell.spread
         force, jerk = GRAVITY + model.reach(0)[1], model.reach(1)[1]
         sampled = max(abs(end - 1.0) for end in cell.thrust) * (0.5 * TICK * jerk + self.model.plan.jumps[:, 2]) + ROUNDING
-        lean, step = self.lean_between, self.force_step
+        lean, step, strayed = self.lean_between, self.force_step, self.all.strayed(lambda fed: fed.rate)
         lag = lag_share(model.airframe)
         n: Inputs = {
             ("vertical", "acc", "wind"): self.wind[1] * here,
@@ -185,7 +210,9 @@ class _Remainders(Circumstances):
             ("vertical", "acc", "plan"): most * self.missed_up,
             ("vertical", "acc", "coupling"): most * self.coupled_up,
             ("vertical", "u", "coupling"): self.low_thrust + self.bent_thrust,
-            ("vertical", "rate", "coupling"): self._moved(self.fed.rate.slope),
+            ("vertical", "rate", "set-points"): strayed,
+            ("vertical", "rate", "coupling"): self.all.moved(lambda fed: fed.rate, self.bounds) - strayed,
+            ("vertical", "bj", "start"): self._at_first(model.rest.rotors * GRAVITY),
             ("vertical", "bj", "plan"): self.end,
             ("vertical", "bj", "coupling"): lean * step[0] + (1.0 - self.upright_between) * step[1],
         }
@@ -200,7 +227,7 @@ class _Remainders(Circumstances):
     def heading(self) -> Inputs:
         """Bound the inputs of the loop of the heading."""
         model, cell, held, told, tilts = self.model, self.cell, self.held, self.model.disturbance, self.tilts
-        gains, here = model.airframe.gains, np.ones(len(model.plan))
+        gains, here, rest = model.airframe.gains, np.ones(len(model.plan)), model.rest
         _, off_torque = cell.spread
         jump, turn = self._spun_jumps()
         leaning = np.maximum(tilts.lean, held.lean)
@@ -216,6 +243,9 @@ class _Remainders(Circumstances):
             ("heading", "oacc", "coupling"): torque + self.gyration[1] + self.hub_spin + self.reaction,
             ("heading", "oacc", "moment"): self.moment[1] * here,
             ("heading", "frate", "coupling"): turning,
+            ("heading", "fj", "start"): self._at_first(1.1 * rest.heading + model.given.heading),
+            ("heading", "oj", "start"): self._at_first(rest.turn),
+            ("heading", "muj", "start"): self._at_first(model.unbalanced[1]),
             ("heading", "oj", "coupling"): jump,
             ("heading", "muj", "coupling"): turn,
         }

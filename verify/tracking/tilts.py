@@ -9,6 +9,7 @@ body's x and y as columns and Q turns the commanded attitude to the true one.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -95,6 +96,7 @@ class Tilts:
         slip: Distance of the body rates about x and y from the commanded ones, rad/s.
         moved: Angular acceleration by rotors about x and y, rad/s^2.
         law: Moments that the law asks for beside the linear ones, times the scale.
+        given: Those of them that set-points cost.
         turned: Accelerations of the tilt beside the linear ones.
         carried: What a step changes a moment's direction and scale by, times the scale.
         away: Distance of the axis from the plan's, horizontally.
@@ -176,8 +178,8 @@ class Tilts:
         change = most_of(fed.change)
         own = off * most_of(alone.change) + self._first**2 / long * abs(share - 1.0 / share)
         drift = TICK * self._slide_third + self._bends[2]
-        self._changed = self._moved(fed.change) + own + drift
-        self._faster = self._moved(fed.rate) + off * most_of(alone.rate) + TICK * self._changed + self._bends[1]
+        self._changed = self._moved(lambda fed: fed.change) + own + drift
+        self._faster = self._moved(lambda fed: fed.rate) + off * most_of(alone.rate) + TICK * self._changed + self._bends[1]
         tall = self._lengthened()
         self.longer = tall + TICK * self._faster + self._bends[0]
         self._ratio = self.longer / (held.least - 0.5 * TICK * TICK * change)
@@ -186,7 +188,9 @@ class Tilts:
         third = third + 4.0 * (held.spin * held.turning + whole * held.spinning)
         third = (held.most + TICK * TICK * change) * (third + whole**3)
         third = third + 3.0 * (held.slope + TICK * change) * (held.turning + held.spinning + whole**2) + 3.0 * change * whole
-        self._third, self._third_rate = TICK**3 / 6.0 * third + ROUNDING, 0.5 * TICK**2 * third + ROUNDING
+        strayed, faster = self._model.given.strayed
+        self._third = TICK**3 / 6.0 * third + strayed + ROUNDING
+        self._third_rate = 0.5 * TICK**2 * third + faster + ROUNDING
         self._slope = held.slope + TICK * change
         self.pulled = tall * held.lean  # at commands
         self.shifts = TICK * (self._faster * held.lean + self.longer * held.rates)
@@ -201,7 +205,7 @@ class Tilts:
         least = self._fed.alone.length.value.low - along
         if not np.all(least > 1.0):
             raise NotProved("the commanded force may vanish")
-        return np.minimum(self._moved(self._fed.here.length), along + 0.5 * beside * beside / least) + ROUNDING
+        return np.minimum(self._moved(lambda fed: fed.length), along + 0.5 * beside * beside / least) + ROUNDING
 
     def _asked(self) -> None:
         """Bound what the law asks for beside the linear terms."""
@@ -215,23 +219,33 @@ class Tilts:
         rate = rate + self.most * self._swung * held.rates
         self.slip = (flat["e"] + rate) / (self.least * self.upright)
         angle = self._third + self.shifts + 0.5 * self.most * self.tip * self._swung
-        turned = self._moments()
+        given = self._strayed_moments()
+        turned = given + self._moments()
         frame = self.most * held.turning * (self._swung + TICK * (held.spin + held.lean * held.rates))
+        strayed, faster = model.given.strayed
+        self.given = gains.attitude[0] * strayed + gains.rate[0] * faster + given
         self.law = gains.attitude[0] * angle + gains.rate[0] * rate + turned + frame
         self.moved = (flat["moved"] + ROUNDING) / (self.least * self.upright)
 
     def _moments(self) -> Floats:
-        """Bound how far the angular acceleration that is fed forward, times the force's length, is from what the plan alone makes of it."""
-        held, fed = self._held, self._fed
+        """Bound how far feedback moves the angular acceleration that is fed forward, times the force's length, from what the plan makes of it."""
+        held, fed, bounds = self._held, self._fed, self._bounds
         here = lateral_moments(fed.here)
-        moved = np.hypot(*(self._moved(jet) for jet in here))
+        side, up = bounds.lateral["aim"], bounds.vertical["aim"]
+        moved = np.hypot(*(along_slopes(jet.slope, side, up) + ROUNDING for jet in here))
         size = np.hypot(*(most_of(jet) for jet in here))
         at = self._lengthened() + TICK * self.slide
         return moved + at / held.least * size + ROUNDING
 
+    def _strayed_moments(self) -> Floats:
+        """Bound how far set-points move these, and what their heading turns them by."""
+        planned, given = (lateral_moments(fed) for fed in (self._fed.alone, self._fed.given))
+        off = np.hypot(*(size_of(one.value - other.value) for one, other in zip(given, planned, strict=True)))
+        return off + self._model.given.heading * np.hypot(*(most_of(jet) for jet in planned))
+
     def _turning(self) -> None:
         """Bound accelerations of the tilt beside the linear ones, with the plan's at the command taken out."""
-        held, fed, alone, flat = self._held, self._fed.here, self._fed.middle, self._bounds.lateral
+        held, alone, flat = self._held, self._fed.middle, self._bounds.lateral
         heading, model = self._bounds.heading, self._model
         rates = held.rates + self.slip
         change, rate = most_of(alone.change), most_of(alone.rate)
@@ -255,7 +269,7 @@ class Tilts:
         spin_alone = most_of(alone.rates[2])
         spin_off = (
             heading["o"]
-            + self._moved(fed.rates[2])
+            + self._moved(lambda fed: fed.rates[2])
             + TICK * held.spinning
             + size_of(self._fed.alone.rates[2].value - alone.rates[2].value)
         )
@@ -270,8 +284,8 @@ class Tilts:
         )
         self.carried = H * (held.spin + heading["o"] + self.lean * rates + self.slide / self.least) * self.moved * self.most
 
-    def _moved(self, jet: Jet) -> Floats:
-        return along_slopes(jet.slope, self._bounds.lateral["aim"], self._bounds.vertical["aim"]) + ROUNDING
+    def _moved(self, of: Callable[[FedForward], Jet]) -> Floats:
+        return self._fed.moved(of, self._bounds)
 
 
 def lateral_moments(fed: FedForward) -> tuple[Jet, Jet]:

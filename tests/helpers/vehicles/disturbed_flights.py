@@ -32,6 +32,10 @@ class Disturbed:
     mass: np.ndarray | None = None  # share
     thrust: np.ndarray | None = None  # share
     offset: np.ndarray | None = None  # m, at the start
+    given: object = None  # what set-points say, by command and path; else the plan's at that instant. Shape (5, 4, n)
+    rest: dict = field(
+        default_factory=dict
+    )  # (3, n) each: speed, turn, tilt (a rotation vector with the heading), summed; rotors (4, n)
     log: list = field(default_factory=list)  # of every step, where `watch` is set: what the proof bounds
     begun: list = field(default_factory=list)  # the same, at the beginning of each step
     watch: bool = False
@@ -55,11 +59,21 @@ class Disturbed:
         begun = start[:3] + (np.zeros((3, n)) if self.offset is None else self.offset)
         state = hover_state(frame, begun, start[3])
         state[13:] *= root
+        moving, summed = self.rest.get("speed", np.zeros((3, n))), self.rest.get("summed", np.zeros((3, n)))
+        state[VELOCITY], state[RATES] = moving, self.rest.get("turn", state[RATES])
+        tilted = self.rest.get("tilt", np.zeros((3, n)))
+        state[ATTITUDE] = unit(state[ATTITUDE] + quaternion_rate(state[ATTITUDE], tilted))
+        state[13:] *= np.sqrt(self.rest.get("rotors", 1.0))
         level = np.full(n, vehicle.weight)
         none = np.zeros((3, n))
-        held = Held(None, none, none, level, np.zeros(n), np.full((4, n), frame.hover_speed))
+        held = Held(
+            None, none, none, level, np.zeros(n), np.full((4, n), frame.hover_speed) * state[13:] / (frame.hover_speed * root)
+        )
         loop = GEOMETRIC.begin(frame, start)
-        past = [state] * 13
+        loop._summed = summed
+        past = [state.copy() for _ in range(13)]
+        for age, before in enumerate(reversed(past)):
+            before[POSITION] = state[POSITION] - age * STEP * moving
         zero = np.zeros((3, n))
         reached, share = np.full((4, n), frame.hover_speed), -np.expm1(-STEP / self.behind) if self.behind else 1.0
         ticks = int(np.ceil(round(duration / CONTROL_STEP, 3)))
@@ -70,11 +84,13 @@ class Disturbed:
             noise = self.place(t) if self.place else zero
             drift = self.speed(t) if self.speed else zero
             now = Motion(seen[POSITION] + noise, seen[VELOCITY] + drift, self._attitude(state, t), state[RATES])
-            flat = np.stack([np.tile(path.evaluate(t, k)[:, None], (1, n)) for k in range(5)])
+            planned = np.stack([np.tile(path.evaluate(t, k)[:, None], (1, n)) for k in range(5)])
+            flat = self.given(tick, path) if self.given else planned
             held = Held.of(loop.command(flat, now), held.rotors)
             off, drift = flat[0, :3] - now.position, flat[1, :3] - now.velocity
             fed = loop._position * off + loop._velocity * drift + loop._summed  # the feedback
-            force = lifted(flat[2, :3] + loop._damping * flat[1, :3]) + fed
+            fed = fed + flat[2, :3] - planned[2, :3] + loop._damping * (flat[1, :3] - planned[1, :3])
+            force = lifted(planned[2, :3] + loop._damping * planned[1, :3]) + fed
             for sub in range(SUBSTEPS):
                 at = t + sub * STEP
                 rates = state[RATES] + (self.gyroscope(at) if self.gyroscope else 0.0)

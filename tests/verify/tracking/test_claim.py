@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import re
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from verify.certificate import payload_digest
 from verify.data import NotCertified, Trajectory
 from verify.data.airframe import load_airframe
 from verify.data.autopilot import load_autopilot
-from verify.data.disturbance import Disturbance
+from verify.data.disturbance import Disturbance, StreamedSetpoints, Unrest
 from verify.data.files.mission_file import load_mission_file, mission_to_yaml
 from verify.data.files.trajectory_csv import write_csv
 from verify.data.plan import Visit
@@ -49,6 +50,49 @@ def test_a_flight_is_proved_to_stay_within_its_margin():
     )
     assert "rotors that reach 100 % of their greatest speed" in claim.sentence
     assert certificate.tube == "proved"
+
+
+STREAMED = GENTLE.changed(
+    setpoints=StreamedSetpoints(age=(0.0, 0.004), orders=3, position=0.0005, heading=0.001),
+    rest=Unrest(speed=0.005, summed=0.01),
+)
+
+
+def test_streamed_set_points_and_starts_off_rest_are_named():
+    own = claim_of(certify(*flight(STREAMED)))
+    assert own.outcome == "holds"
+    assert (
+        "with set-points, by `geometric`, that are streamed at 50 Hz, 0 to 0.004 s old, without derivatives above the order 3, "
+        "rounded by at most 0.0005 m, 0.001 rad of heading" in own.sentence
+    )
+    assert re.search(r"set-points \d\.\d mm", own.sentence)
+    assert "a start within 0.005 m/s of a hover at rest, summed errors within 0.01 m/s^2" in own.sentence
+    assert own.bound > claim_of(certify(*flight())).bound
+
+
+def test_a_larger_rounding_is_refused_of_a_certificate_that_states_less(folder):
+    plan, team = flight(STREAMED)
+    (folder / "mission.yaml").write_text(text := mission_to_yaml(plan.mission))
+    (folder / "plan.json").write_text(plan.to_json())
+    (folder / "certificate.json").write_text(certify(plan, team).to_json())
+    assert recheck(folder).tube == "proved"
+    for stated, other in (("position: 0.0005", "position: 0.001"), ("orders: 3", "orders: 2"), ("speed: 0.005", "speed: 0.05")):
+        assert stated in text
+        (folder / "mission.yaml").write_text(text.replace(stated, other))
+        with pytest.raises(NotCertified, match="mission"):
+            recheck(folder)
+
+
+@pytest.mark.slow
+def test_set_points_that_are_rounded_too_coarsely_are_refused_with_the_share_that_would_hold():
+    sentence = refused(*flight(STREAMED.changed(setpoints=StreamedSetpoints(position=0.05))))
+    assert "% of these disturbances would hold" in sentence
+
+
+@pytest.mark.parametrize("name", ["setpoints", "rest"])
+def test_what_the_proof_of_mellinger_has_not_is_refused(name):
+    told = FAINT.changed(**{name: getattr(STREAMED, name)})
+    assert f"`{name}`" in refused(*on_board(told))
 
 
 FAINT = GENTLE.scaled(0.2)

@@ -26,10 +26,13 @@ def holds(interval, value):
 
 def test_intervals_hold_the_controllers_flatness_at_every_feedback():
     force, jerk, snap, _ = drawn(1)
-    reach = np.tile([0.6, 0.6, 0.4], (TICKS, 1))
+    reach = np.array([[0.6, 0.6, 0.4], [0.5, 0.4, 0.3], [3.0, 2.0, 1.0]])[:, None, :] * np.ones((1, TICKS, 1))
     found, rng = fed_forward(force, jerk, snap, reach), np.random.default_rng(2)
     for _ in range(50):
-        thrust, rate, axis, rates, change = exact(force + rng.uniform(-1, 1, (TICKS, 3)) * reach, jerk, snap)
+        drawn_within = (
+            at + rng.uniform(-1, 1, (TICKS, 3)) * sides for at, sides in zip((force, jerk, snap), reach, strict=True)
+        )
+        thrust, rate, axis, rates, change = exact(*drawn_within)
         assert holds(found.length.value, thrust)
         assert holds(found.rate.value, rate)
         for k in range(3):
@@ -41,7 +44,7 @@ def test_intervals_hold_the_controllers_flatness_at_every_feedback():
 def test_slopes_hold_differences():
     force, jerk, snap, _ = drawn(3)
     reach, rng, h = np.full((TICKS, 3), 0.3), np.random.default_rng(4), 1e-6
-    found = fed_forward(force, jerk, snap, reach)
+    found = fed_forward(force, jerk, snap, np.stack([reach, 0.0 * reach, 0.0 * reach]))
     for _ in range(20):
         at = force + rng.uniform(-0.9, 0.9, (TICKS, 3)) * reach
         for c in range(3):

@@ -7,7 +7,7 @@ from typing import Any, get_args, get_origin
 from pydantic import BaseModel
 
 from verify.data import parse_mission
-from verify.data.disturbance import Disturbance
+from verify.data.disturbance import Disturbance, StreamedSetpoints, Unrest
 from verify.data.frame import Frame
 from verify.data.mission import Mission
 from verify.data.sections import Action, Agent, Box, Edge, Environment, LegLimits, Limits, Planner, Robot, SoftPart, Spec
@@ -36,6 +36,8 @@ SECTIONS: tuple[tuple[str, type[BaseModel]], ...] = (
     ("`workspace`", Box),
     ("`frame`", Frame),
     ("`disturbance`", Disturbance),
+    ("`disturbance.rest`", Unrest),
+    ("`disturbance.setpoints`", StreamedSetpoints),
     ("`planner`", Planner),
     ("`vehicle` (inline table)", Vehicle),
     ("`vehicle.uncertain`", Uncertain),
