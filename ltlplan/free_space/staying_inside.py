@@ -45,6 +45,19 @@ def stays_inside(region: Region, starts: Floats, ends: Floats, deep: float) -> B
     return (entered[0] <= _ROUNDING) & (left[-1] >= 1.0 - _ROUNDING) & joined.all(axis=0)
 
 
+def way_stays_inside(region: Region, way: Floats, deep: float) -> bool:
+    """Return whether a way is in a region by so many m, its turns as well, or by as much as its ends are.
+
+    Args:
+        region: Which one.
+        way: m. Shape (points, 3).
+        deep: m.
+    """
+    depths = region.measures.depths(way - np.array(region.center))
+    least = min(deep, float(depths[0]), float(depths[-1])) - _ROUNDING
+    return bool(np.all(depths >= least) and np.all(stays_inside(region, way[:-1], way[1:], deep)))
+
+
 def _span(body: ConvexBody, begin: Floats, along: Floats, least: Floats) -> tuple[Floats, Floats]:
     """Return between which shares of their lengths lines are in a convex body as deep as asked for; infinity and its negative where nowhere.
 

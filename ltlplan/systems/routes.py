@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from ltlplan.free_space.free_space import FreeSpace, Place
-from ltlplan.free_space.staying_inside import ROOMS, stays_inside, way_inside
+from ltlplan.free_space.staying_inside import ROOMS, way_inside, way_stays_inside
 from verify.data import Mission
 from verify.data.arrays import Booleans, Floats
 
@@ -107,7 +107,7 @@ class Routes:
 
     def _stays(self, rooms: Collection[str], way: Floats) -> bool:
         regions = (self._mission.all_regions[name] for name in rooms)
-        return all(bool(np.all(stays_inside(region, way[:-1], way[1:], self._mission.margin))) for region in regions)
+        return all(way_stays_inside(region, way, self._mission.margin) for region in regions)
 
     def _permitting(self, place: Place) -> Place:
         return Place(place.point, self._open | place.inside)

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
+
+import numpy as np
 
 from ltlplan.free_space.bottlenecks import WALL, Gap, Shut, TooNear, what_shuts
+from ltlplan.free_space.staying_inside import ROOMS, narrowest_inside, way_inside
 from ltlplan.systems.region_graph import RegionGraph
 from verify.data import Mission
+from verify.data.language.lasting import lasting_regions
+from verify.data.obstruction import Obstruction
 from verify.data.shapes.inequalities import Point
 
 _INSIDE = 5e-4
@@ -30,7 +35,45 @@ def why_unreachable(mission: Mission, graph: RegionGraph, robot: str, region: st
     if gate is not None:
         ends = [place.point for _, place, _ in graph.entries(region)]
     found = [what_shuts(graph.space, starts, end) for end in ends]
-    return None if any(one is None for one in found) else said_of(mission, robot, region, found[0])
+    if all(one is not None for one in found):
+        return said_of(mission, robot, region, found[0])
+    return why_not_within(mission, graph, robot, region)
+
+
+def why_not_within(mission: Mission, graph: RegionGraph, robot: str, region: str) -> str | None:
+    """Return a sentence on the regions that hold both ends of a robot's way to a region, where no way stays as deep in them as the margin asks; else None.
+
+    Args:
+        mission: Whose region.
+        graph: Where robots of this size can rest.
+        robot: Its name.
+        region: Where it is to come to.
+    """
+    space, names = graph.space, frozenset(mission.all_regions)
+    if space is None or region not in mission.regions:
+        return None
+    ends = np.array(mission.agents[robot].start), np.array(mission.all_regions[region].center)
+    held = {name: float(np.max(body.level(np.stack(ends)))) <= 1.0 for name, body in mission.regions.items() if name != region}
+    rooms = [name for name in sorted(held) if held[name]]
+    if (
+        not rooms
+        or space.roadmap().way(*ends, names) is None
+        or way_inside(space, rooms, ends, names, 0.0, ROOMS[-1:]) is not None
+    ):
+        return None
+    found, named = narrowest_inside(space, rooms, ends, names, 0.0), joined_names([f"'{name}'" for name in rooms])
+    if found is None:
+        where, least = "not even near to the border", ()
+    else:
+        where = (
+            f"around {_point(found[0])} none is more than {found[1]:.3g} m within, and the margin asks for {mission.margin:g} m"
+        )
+        least = (f"a `margin` below {found[1]:.3g} m",)
+    outside = () if lasting_regions(mission, robot, inside=True) & set(rooms) else ("a region outside to go by",)
+    what = (
+        f"No way of {robot} to {region} stays within {named}, which {'hold' if len(rooms) > 1 else 'holds'} both ends: {where}."
+    )
+    return Obstruction(what, (robot,), helps=(f"a wider {named} there", *outside, *least)).sentence
 
 
 def said_of(mission: Mission, robot: str, region: str, shut: Gap | Shut | TooNear | None) -> str:
@@ -72,12 +115,16 @@ def said_of_narrowest(mission: Mission, gap: Gap) -> str:
         mission: Whose world.
         gap: What `narrowest_around` found.
     """
-    near = f"near ({', '.join(f'{number:.2f}' for number in gap.point)}) the widest way around it is {gap.width:.3g} m wide"
+    near = f"near {_point(gap.point)} the widest way around it is {gap.width:.3g} m wide"
     sides = joined_names(["the workspace's wall" if name == WALL else f"'{name}'" for name in dict.fromkeys(gap.between)])
     solid = {name in mission.obstacles or name in mission.hoops for name in gap.between}
     needs = "radius and margin to what is solid, margin to the other side" if len(solid) == 2 else "margin on both sides"
     both = "radius and " if solid == {True} else ""
     return f"{near} between {sides}, and more than {gap.needed:.3g} m is needed ({both}{needs})"
+
+
+def _point(at: Iterable[float]) -> str:
+    return f"({', '.join(f'{number:.2f}' for number in at)})"
 
 
 def _reached(graph: RegionGraph, start: Point) -> list[Point]:

@@ -65,6 +65,18 @@ def test_a_gap_between_forbidden_regions_is_called_too_narrow_where_the_margin_l
         assert f"{wide:g} m wide between 'one' and 'other'" in str(refusal(parse_mission(text)))
 
 
+@pytest.mark.parametrize(
+    ("margin", "wide", "more"),
+    [("0.05", 1.1, ""), ("0.026", 0.8, ""), ("0.05", 0.8, ", aside: {center: [0, 0.75, 1], size: [0.3, 0.3, 0.2]}")],
+)
+def test_what_would_help_in_a_room_with_an_obstacle_helps(margin: str, wide: float, more: str) -> None:
+    """By hand: the room leaves half its width less 0.25 m, and the robot needs 0.07 m and twice the margin; it may go by another region."""
+    case = CASES["an obstacle leaves a gap in a room"]
+    text = case.text.replace("3.9, 0.8", f"3.9, {wide}").replace("4.0]}}\nobst", f"4.0]}}{more}}}\nobst")
+    text = text.replace(" & G room", "") if more else text
+    assert certified_team(ltlplan.plan(parse_mission(f"{text}\nmargin: {margin}\n"))).certificate.holds
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [4 + 7 * k for k in range(1, 8)])
 def test_refusals_in_random_rooms_name_what_is_there(seed: int) -> None:

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ltlplan.free_space.bottlenecks import Gap, Shut, narrowest, narrowest_around
-from ltlplan.free_space.staying_inside import narrowest_inside, stays_inside, way_inside
+from ltlplan.free_space.staying_inside import narrowest_inside, way_inside, way_stays_inside
 from ltlplan.paths.hoops.clearance import blocked
 from ltlplan.paths.hoops.hoop_frame import control_points
 from ltlplan.paths.hoops.keep_out import Room
@@ -165,7 +165,7 @@ def avoid(
     points = _past(mission, where, start, end, permitted)
     rooms = [name for name in within if points or len(mission.all_regions[name].measures.parts) > 1]
     way = np.stack([start, *(point.position for point in points), end])
-    if all(np.all(stays_inside(mission.all_regions[name], way[:-1], way[1:], mission.margin + where.slack)) for name in rooms):
+    if all(way_stays_inside(mission.all_regions[name], way, mission.margin + where.slack) for name in rooms):
         return points
     inside = way_inside(where.space, rooms, (start, end), permitted, where.slack)
     if inside is None:

@@ -13,7 +13,8 @@ from ltlplan.search.counting.capacities import Room, most_that_show
 from ltlplan.search.counting.counting_propositions import Marks, shows
 from ltlplan.search.counting.planning import plan_counts
 from ltlplan.search.explanations.count_laws import laws_of_counts, laws_of_turns, no_word, propositions_of, some_word
-from ltlplan.search.explanations.inquiry import all_of, as_written
+from ltlplan.search.explanations.inquiry import Inquiry, all_of, as_written
+from ltlplan.search.explanations.reasons import narrow_past
 from ltlplan.search.explanations.relaxed_systems import without
 from ltlplan.search.explanations.unsatisfiable_cores import NoPlan, edge_sentence, missing_edges, opened_to_all
 from ltlplan.search.orders.state_sets import Reading, shown_at
@@ -47,6 +48,7 @@ def no_counted_plan(problem: Problem, kinds: Sequence[str], rooms: Mapping[str, 
             others = [other for other in core if other != part]
             if others and not _possible(others, systems, kinds, rooms):
                 core = others
+    inquiry = Inquiry(mission, problem.systems, systems, lambda some, worlds: _possible(some, worlds, kinds, rooms))
     robots = [system.robot for system in systems]
     opened = opened_to_all(mission, lambda worlds: _possible(core, worlds, kinds, rooms), robots)
     edges = [] if opened else missing_edges(mission, lambda worlds: _possible(core, worlds, kinds, rooms), robots)
@@ -57,7 +59,7 @@ def no_counted_plan(problem: Problem, kinds: Sequence[str], rooms: Mapping[str, 
         or _at_one_instant(mission, systems, core, rooms)
         or [
             *_closed(mission, core),
-            *(_unreached(problem, core) or _needed(problem, core, kinds, rooms)),
+            *(_unreached(problem, core) or narrow_past(inquiry, core) or _needed(problem, core, kinds, rooms)),
             *(_crowded(mission, systems, rooms, core) if rooms and _possible(core, systems, kinds, {}) else ()),
         ]
     )
@@ -200,12 +202,17 @@ def _crowded(
     mission: Mission, systems: Sequence[TransitionSystem], rooms: Mapping[str, int], core: Sequence[Formula]
 ) -> list[str]:
     """Say which regions are too small for what is asked: for a count, else those that are named."""
-    named = sorted(all_of(core).names() & rooms.keys())
     return list(_too_small(mission, systems, rooms, core)) or [
-        f"It could hold if more robots were in '{name}' at once, which has room for {rooms[name] or 'none'}: {_kept(mission)} "
-        f"{_enlarged(mission, name, rooms[name] + 1)}."
-        for name in named
+        f"It could hold if {_those_in(name, core) or 'more robots'} were in '{name}' at once, which has room for {rooms[name] or 'none'}: "
+        f"{_kept(mission)} {_enlarged(mission, name, rooms[name] + 1)}; a smaller `margin` needs less."
+        for name in sorted(all_of(core).names() & rooms.keys())
     ]
+
+
+def _those_in(region: str, core: Sequence[Formula]) -> str:
+    """Return the robots that requirements name with a region, where these are several."""
+    robots = {node.robot for part in core for node in part.nodes() if node.robot and node.name == region}
+    return joined_names(sorted(robots)) if len(robots) > 1 else ""
 
 
 def _too_small(

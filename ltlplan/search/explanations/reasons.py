@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Literal
 
@@ -28,7 +28,7 @@ from ltlplan.search.explanations.relaxed_systems import (
 )
 from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.shared_walls import wall_sentence
-from ltlplan.systems.unreachable import joined_names, said_of_narrowest
+from ltlplan.systems.unreachable import joined_names, said_of_narrowest, why_not_within
 from verify.data import Formula, Letter, Mission
 from verify.data.language.lasting import lasting_regions
 
@@ -64,7 +64,20 @@ def _free_between(inquiry: Inquiry, core: list[Formula]) -> list[str]:
 
 def _in_the_way(inquiry: Inquiry, core: list[Formula]) -> list[str]:
     """Say whether a robot lingers where it acted, or regions overlap."""
-    return [*_lingering(inquiry, core), *_overlapping(inquiry, core), *_narrow(inquiry, core)]
+    return [*_lingering(inquiry, core), *(_within(inquiry, core) or _overlapping(inquiry, core)), *narrow_past(inquiry, core)]
+
+
+def _within(inquiry: Inquiry, core: list[Formula]) -> list[str]:
+    """Say whether a region that holds a robot's start and what it is asked to leaves no way between them."""
+    mission = inquiry.mission
+    asked = sorted({name for part in core for name in inquiry.names(part)} & mission.regions.keys())
+    found = (
+        why_not_within(mission, inquiry.systems.graph_of(robot), robot, name)
+        for name in (asked if mission.obstacles else ())
+        if not inquiry.feasible([eventually(name)], inquiry.worlds)
+        for robot in mission.agents
+    )
+    return [said for said in [next((said for said in found if said is not None), None)] if said is not None]
 
 
 def _unmet(inquiry: Inquiry, core: list[Formula]) -> list[str]:
@@ -126,7 +139,7 @@ def _overlapping(inquiry: Inquiry, core: list[Formula]) -> list[str]:
     return []
 
 
-def _held_without(inquiry: Inquiry, core: list[Formula], region: str) -> bool:
+def _held_without(inquiry: Inquiry, core: Sequence[Formula], region: str) -> bool:
     """Tell whether the core could hold were a region far away."""
     body, table = inquiry.mission.all_regions[region], "hoops" if region in inquiry.mission.hoops else "regions"
     far = body.model_copy(update={"center": (body.center[0] + _FAR, *body.center[1:])})
@@ -135,7 +148,7 @@ def _held_without(inquiry: Inquiry, core: list[Formula], region: str) -> bool:
     return inquiry.feasible(core, [systems.of(name) for name in inquiry.mission.agents])
 
 
-def _in_front(inquiry: Inquiry, core: list[Formula]) -> Iterator[tuple[str, list[str]]]:
+def _in_front(inquiry: Inquiry, core: Sequence[Formula]) -> Iterator[tuple[str, list[str]]]:
     """Yield regions without which the core could hold, and what it names that is reached through them alone."""
     asked = sorted({name for part in core for name in inquiry.names(part)} & inquiry.mission.regions.keys())
     for region in inquiry.mission.regions:
@@ -145,8 +158,13 @@ def _in_front(inquiry: Inquiry, core: list[Formula]) -> Iterator[tuple[str, list
             yield region, behind
 
 
-def _narrow(inquiry: Inquiry, core: list[Formula]) -> list[str]:
-    """Say where a region leaves too narrow a way past it, if the core could hold were it not there."""
+def narrow_past(inquiry: Inquiry, core: Sequence[Formula]) -> list[str]:
+    """Say where a region leaves too narrow a way past it, if the core could hold were it not there.
+
+    Args:
+        inquiry: Into whose mission.
+        core: The requirements.
+    """
     mission = inquiry.mission
     for region, behind in _in_front(inquiry, core):
         gaps = [

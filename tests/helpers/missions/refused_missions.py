@@ -89,6 +89,7 @@ _LEFT, _RIGHT = _between("left", -1.6, 0, 0.5, 0.5), _between("right", 1.6, 0, 0
 _DEEP, _SPOT = _between("deep", 1.6, 0, 0.4, 0.3), _between("spot", 1.0, 0, 0.3, 0.3)
 _NARROW = ("'north'", "'south'", "0.5 m wide", "from 0.628 m on", "second", "`separation`")
 _IN_ROOM = ("0.3 m wide", "two sides of 'room'", "from 0.488 m on", "second way", "cross the border of 'room'", "`margin`")
+_BLOCK = f"block: {_box(0, 0, 0.3, 0.5)}"
 _THREE = f"a: {_at(-1.5, 0.5)}, b: {_at(-1.5, -0.5)}, c: {_at(-1.0, 0)}"
 _TWO = f"a: {_at(-1.5, 0.5)}, b: {_at(-1.5, -0.5)}"
 _ONE = f"a: {_at(-1.5, 0)}"
@@ -124,10 +125,11 @@ CASES = {
         "F a.right", f"{_ONE}, b: {_at(0, 0)}", (*_NARROW, "elsewhere for b, as it hovers there"), _RIGHT, _CORRIDOR
     ),
     "an escort into a dead end": Refused(
-        "F(vip.deep) & G(vip.deep -> guard.deep)", f"vip: {_at(-1.5, 0.5)}, guard: {_at(-1.5, -0.5)}", ("vip", "guard", "'north'"), _DEEP, _DEAD_END
+        "F(vip.deep) & G(vip.deep -> guard.deep)", f"vip: {_at(-1.5, 0.5)}, guard: {_at(-1.5, -0.5)}",
+        ("guard and vip were in 'deep' at once", "room for 1", "0.4 x 0.3 x 0.2 m now"), _DEEP, _DEAD_END
     ),
     "two robots end where there is room for one": Refused(
-        "F(a.spot & b.spot)", _TWO, ("'spot' is too small", "(a, b)", "a larger 'spot'", "fewer robots", "`margin`"), _SPOT
+        "F(a.spot & b.spot)", _TWO, ("a and b were in 'spot' at once", "room for 1", "0.3 x 0.3 x 0.2 m now", "`margin`"), _SPOT
     ),
     "two robots stay where there is room for one": Refused(
         "F G all(spot)", _TWO, ("2 robots in 'spot'", "room for 1", "Make it larger"), _SPOT
@@ -242,8 +244,20 @@ CASES = {
     ),
     "an escort into a region that is too small for two": Refused(
         "F vip.mid & G(vip.mid -> guard.mid)", f"vip: {_at(-1.5, 0.5)}, guard: {_at(-1.5, -0.5)}",
-        ("more robots were in 'mid' at once, which has room for 1", "0.3 x 0.3 x 0.2 m now", "0.4 m apart"),
+        ("guard and vip were in 'mid' at once, which has room for 1", "0.3 x 0.3 x 0.2 m now", "0.4 m apart"),
         f"{_RIGHT}, {_between('mid', 0, 0, 0.3, 0.3)}", never=("each waits", "very same instant"),
+    ),
+    "an obstacle leaves a gap in a room": Refused(
+        "F right & G room", _ONE, ("No way of a to right stays within 'room'", "around (0.", "0.029 m within", "asks for 0.05 m", "a wider 'room' there", "`margin` below 0.029 m"),
+        f"{_RIGHT}, room: {_box(0, 0, 3.9, 0.8)}", _BLOCK, team="own", never=("overlap", "outside"),
+    ),
+    "an obstacle leaves a gap in a region that may be left": Refused(
+        "F a.right", _TWO.replace("0.5", "0.3"), ("stays within 'room'", "a region outside to go by", "a wider 'room' there"),
+        f"{_RIGHT}, room: {_box(0, 0, 3.9, 0.8)}", _BLOCK, never=("overlap", "cannot reach"),
+    ),
+    "counted robots have a gap that is too narrow": Refused(
+        "F(count(right) >= 1) & G(count(strip) <= 0)", _TWO, ("No way past 'strip' leads", "0.1 m wide between 'north' and 'strip'", "more than 0.17 m"),
+        f"{_RIGHT}, strip: {_box(0, 0, 0.4, 0.3)}", _walls(0, 0.1, 0.5), never=("needs strip",),
     ),
     "counted robots would have to pass a forbidden region": Refused(
         "F(count(right) >= 1) & G(count(strip) <= 0)", _TWO, ("`F count(right) >= 1` needs strip",), f"{_RIGHT}, strip: {_box(0, 0, 0.3, 0.6)}", _walls(0, 0.1, 0.5),
