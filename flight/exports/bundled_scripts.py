@@ -26,10 +26,11 @@ _SWARM = (
     "simulator",
     "stages",
     "standing",
+    "starts",
     "supervisor",
     "watch",
 )
-_STREAM = ("__init__", "checks", "px4", "record", "reports", "streaming", "watch")
+_STREAM = ("__init__", "checks", "px4", "record", "reports", "starts", "streaming", "watch")
 SWARM = ("fly_mission.py", *(f"flying/{name}.py" for name in _SWARM))
 """With crazyswarm2."""
 STREAM = ("stream_setpoints.py", *(f"flying/{name}.py" for name in _STREAM))
@@ -109,6 +110,7 @@ def about(request: Request, accuracy: float, robots: Mapping[str, Mapping[str, A
         "duration": duration,
         "lasts": duration + max(0.0, float(height)) * (climb + 1.0 / LANDING_SPEED) + _BESIDE,
         "robots": rows,
+        "start": None if mission.disturbance is None else mission.disturbance.start,
         **watched,
         "braking": _shares(),
         "limits": {

@@ -117,7 +117,7 @@ class Flying:
         numbers = self.store_all(stage) if numbers is None else numbers
         first, *others = stage.parts
         if numbers[first.stored]:
-            self._come_to_rest(first, self.link.sleep)
+            self.come_to_rest(first, self.link.sleep)
         watch = self.begin(stage.watched(self.link.accuracy), numbers[first.stored])
         end = watch.begin + first.duration
         if others:
@@ -161,14 +161,18 @@ class Flying:
             self.link.sleep(seconds)
             meanwhile()
 
-        self._come_to_rest(part, watched)
+        self.come_to_rest(part, watched)
         begin = self.link.start(number)
         watch.go_on(part, begin)
         self.record.parts[stage.name].append((begin, begin + part.duration))
         return begin
 
-    def _come_to_rest(self, part: Part, wait: Callable[[float], None]) -> None:
-        """Hover until every robot is where a part begins, for as long as patience lasts; `wait` waits for so many s.
+    def come_to_rest(self, part: Part, wait: Callable[[float], None]) -> None:
+        """Hover until every robot is where a part begins, for as long as patience lasts.
+
+        Args:
+            part: What is flown next.
+            wait: Waits for so many s.
 
         Raises:
             Alarm: It is not, or it is not known where it is.
@@ -225,6 +229,11 @@ class Onwards(Protocol):
         ...
 
     @property
+    def first(self) -> Stage:
+        """Flight that it begins with, as far as is known before take-off."""
+        ...
+
+    @property
     def standing(self) -> Part | None:
         """Climbs of other robots, which wait on the ground and are checked before take-off, too; None where there are none."""
         ...
@@ -271,7 +280,8 @@ def fly_live(
         0.0 if onwards is None else onwards.duration
     )
     standing = None if onwards is None else onwards.standing
-    checks = (*proved_starts(link, stages), *before_take_off(link, stages[0], lasts, standing))
+    known = stages if onwards is None else (*stages, onwards.first)
+    checks = (*proved_starts(link, known), *before_take_off(link, stages[0], lasts, standing))
     for check in checks:
         record.note(link.now(), check.sentence, check.robot, "check")
     if failed := refusals(checks, unchecked):

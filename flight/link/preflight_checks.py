@@ -4,15 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from flight.exports.scripts.flying.checks import (
-    Asked,
-    Check,
-    Known,
-    Place,
-    checks_of_team,
-    margin_fault,
-)
-from flight.exports.scripts.flying.checks import at_start as start_of
+from flight.exports.scripts.flying.checks import Asked, Check, Known, Place, checks_of_team
+from flight.exports.scripts.flying.starts import at_start as start_of
+from flight.exports.scripts.flying.starts import margin_fault, start_fault
 from flight.link.link import Link, Pose
 from flight.link.phases import Part, Stage
 from flight.monitoring.thresholds import WATCHED, limits
@@ -78,11 +72,10 @@ def proved_starts(link: Link, stages: Sequence[Stage]) -> list[Check]:
         stages: What is flown.
     """
     return [
-        Check("margin", next(iter(stage.paths)), False, f"the proof of tracking lets robots begin {stage.start:g} m from where the {stage.name} begins, "
-              f"and a measurement may be off by {link.accuracy:.3g} m: state a greater `disturbance.start`")
+        Check("margin", next(iter(stage.paths)), False, fault)
         for stage in stages
-        if stage.start is not None and stage.start <= link.accuracy
-    ]  # fmt: skip
+        if (fault := start_fault(stage.start, f"the {stage.name}", limits(link.accuracy)))
+    ]
 
 
 def at_start(link: Link, stage: Stage | Part) -> tuple[Check, ...]:
@@ -93,8 +86,6 @@ def at_start(link: Link, stage: Stage | Part) -> tuple[Check, ...]:
         stage: What is to be flown next.
     """
     numbers, now = limits(link.accuracy), link.now()
-    if stage.start is not None:
-        numbers["share"] = min(numbers["share"], (stage.start - link.accuracy) / stage.margin)
     return tuple(
         check for robot in stage.paths for check in start_of(robot, link.pose(robot), _asked(robot, stage, 0.0), numbers, now)
     )
@@ -115,4 +106,4 @@ def _asked(robot: str, stage: Stage | Part, lasts: float) -> Asked:
     """Return what a stage asks of a robot that begins it; all is to take so many s."""
     rows = {name: path.evaluate(0.0).tolist() for name, path in stage.paths.items()}
     places: dict[str, Place] = {name: (row[0], row[1], row[2]) for name, row in rows.items()}
-    return Asked(places, f"where the {stage.name} begins", rows[robot][3], stage.margin, lasts)
+    return Asked(places, f"where the {stage.name} begins", rows[robot][3], stage.margin, lasts, start=stage.start)

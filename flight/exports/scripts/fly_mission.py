@@ -6,7 +6,8 @@
 Nothing spins before every robot stands below its own start, looks where it has to, is seen often and at rest, has its parameters, and has the
 battery for it all. What this version of crazyswarm2 does not tell is "not checked": nothing spins then, unless `--unchecked` names the check.
 Then all climb straight up, each within the margin of the upright line through its start, which is certified where README.txt says so; without
-that nobody climbs (`--hovering` begins with robots that a flight of your own has brought to hover at their starts). The flight begins where each is within half a margin of its start.
+that nobody climbs (`--hovering` begins with robots that a flight of your own has brought to hover at their starts). The flight begins where each is within half a margin
+of its start, and within what a proof of tracking assumes.
 
 All the time measured poses are held against what is flown. A robot that may be outside of its margin, too near to another one, outside of the
 workspace, not seen, nearly out of battery or blocked by its supervisor ends the flight for all, and so do Ctrl-C, SIGTERM and any error: all

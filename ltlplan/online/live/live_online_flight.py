@@ -23,7 +23,7 @@ from fractions import Fraction
 from math import floor
 
 from flight.link.live_executive import STEP, Alarm, Flying
-from flight.link.phases import FLIGHT, Part
+from flight.link.phases import FLIGHT, Part, Stage
 from ltlplan.online.checked_events import falls_on
 from ltlplan.online.event_queue import GIVE_UP, Happenings, Told, fault_of, no_news
 from ltlplan.online.live.executors import Computer, way_down
@@ -81,6 +81,12 @@ class OnlineCourse:
         return float(self.team.present.end) + LANDING_TAKES
 
     @property
+    def first(self) -> Stage:
+        """Flight of the first piece."""
+        assert self.team.certified is not None, "it was certified before anything spun"
+        return stage_of(self.team.certified)
+
+    @property
     def standing(self) -> Part | None:
         """Climbs of the robots that wait on the ground; None where nobody waits."""
         return self.standby.standing(self.team.mission)
@@ -96,9 +102,10 @@ class OnlineCourse:
         Raises:
             Alarm: It cannot go on in a proved way; whoever called holds and lands.
         """
-        assert self.team.certified is not None, "it was certified before anything spun"
-        first = stage_of(self.team.certified).watched(flying.link.accuracy)
+        stage = self.first
+        first = stage.watched(flying.link.accuracy)
         number, shown = flying.store(first.paths), len(flying.record.events)
+        flying.come_to_rest(stage.parts[0], flying.link.sleep)
         watch = flying.begin(first, number)
         self.began = flying.record.starts[FLIGHT]
         self._air = InAir(self.team, self.computer, flying, self.began, number, watch, shown, self.answered)

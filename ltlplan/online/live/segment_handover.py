@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import ceil
+from math import ceil, inf
 
-from flight.link.live_executive import STEP
-from flight.link.phases import FLIGHT, Stage, Watched
+from flight.link.live_executive import PATIENCE, STEP
+from flight.link.phases import FLIGHT, Part, Stage, Watched
+from flight.link.preflight_checks import at_start
 from ltlplan.online.live.executors import Answer, judgement, next_piece
 from ltlplan.online.live.flight_session import InAir, exact_instant, result_of
 from ltlplan.online.segments.segment_planning import Found, Left, WholeFlight
 from ltlplan.pipeline import Certified
-from verify.data import LtlplanError
+from verify.data import LtlplanError, NotCertified
 
 LEAD = 0.15
 """s from asking for a judgement to where the piece begins, at first."""
@@ -41,6 +42,8 @@ class WhatFollows:
     _left: Left | None = None
     _found: Found | None = None
     _whole: WholeFlight | None = None
+    _part: Part | None = None
+    _patient: float = inf
 
     def forget(self) -> None:
         """Give up what was found for a world that is no more."""
@@ -78,6 +81,7 @@ class WhatFollows:
         except LtlplanError as error:
             self.refuse(error)
             return
+        self._patient = self.air.now + PATIENCE
         self._ask_judgement()
 
     def _ask_judgement(self) -> None:
@@ -108,7 +112,8 @@ class WhatFollows:
             self._lead *= 2
             self._ask_judgement()
             return
-        self.due = stage_of(self._found.certified).watched(air.link.accuracy)
+        stage = stage_of(self._found.certified)
+        self.due, self._part = stage.watched(air.link.accuracy), stage.parts[0]
 
     def _begin(self, watched: Watched, whole: WholeFlight) -> None:
         """Begin a proved piece at the very instant with which it was checked."""
@@ -118,12 +123,25 @@ class WhatFollows:
             self._ask_judgement()
             return
         assert self._found is not None, "it was judged"
+        if faults := self._off_start():
+            self.due = None
+            if air.now > self._patient:
+                self.refuse(NotCertified(f"tracking is not proved from where robots are: {'; '.join(faults)}."))
+            else:
+                self._ask_judgement()
+            return
         air.number = air.flying.store(watched.paths)
         air.watch = air.flying.begin(watched, air.number, air.began + float(whole.last.start))
         air.team.take_over(whole.last, self._found)
         air.took(begun=air.began + float(whole.last.start) - air.known)
         air.note(f"A certified piece for what is left begins at {float(whole.last.start):.2f} s.", None, "reaction")
         self.forget()
+
+    def _off_start(self) -> list[str]:
+        """Return a sentence on each robot that is not where the proof of tracking lets the piece begin, where there is one."""
+        if self._part is None or self._part.start is None:
+            return []
+        return [check.sentence for check in at_start(self.air.link, self._part) if not check.passed]
 
 
 def stage_of(certified: Certified) -> Stage:

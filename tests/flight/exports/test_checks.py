@@ -19,10 +19,10 @@ from flight.exports.scripts.flying.checks import (
     checks_of,
     checks_of_team,
     differing,
-    margin_fault,
     one_body_each,
     refusals,
 )
+from flight.exports.scripts.flying.starts import margin_fault
 from flight.monitoring.thresholds import HEADING, SHARE, limits
 
 LIMITS = limits(0.005)

@@ -82,6 +82,7 @@ class Asked:
         margin: delta, m.
         lasts: s that all is to take.
         above: Whether heights do not matter.
+        start: m from there at which the proof of tracking lets robots begin; None where nothing is proved.
     """
 
     places: Mapping[str, Place]
@@ -90,6 +91,16 @@ class Asked:
     margin: float
     lasts: float
     above: bool = False
+    start: float | None = None
+
+    def allowed(self, limits: Mapping[str, float]) -> float:
+        """Return how far from its place a robot may be measured: a share of the margin, and no more than the proof lets it be.
+
+        Args:
+            limits: The numbers.
+        """
+        share = limits["share"] * self.margin
+        return share if self.start is None else min(share, self.start - limits["accuracy"])
 
 
 @dataclass(frozen=True)
@@ -107,22 +118,6 @@ class Check:
     robot: str
     passed: bool | None
     sentence: str
-
-
-def margin_fault(margin: float, limits: Mapping[str, float]) -> str:
-    """Return that measurements use a margin up, so that nobody could begin; empty where they do not.
-
-    Args:
-        margin: delta, m.
-        limits: The numbers.
-    """
-    accuracy, left = limits["accuracy"], 1.0 - limits["share"]
-    if left * margin > accuracy:
-        return ""
-    return (
-        f"the margin is {margin:g} m, and a measurement may be off by {accuracy:.3g} m: a margin above {accuracy / left:.3g} m leaves robots room "
-        "to begin in"
-    )
 
 
 def battery_left(charge: float | None, endurance: float | None) -> float | None:
@@ -224,7 +219,7 @@ def checks_of_team(
 
 
 def at_place(robot: str, position: Place, asked: Asked, limits: Mapping[str, float]) -> Check:
-    """Check whether a robot is where it has to be, up to a share of its margin.
+    """Check whether a robot is where it has to be, up to what is allowed.
 
     Args:
         robot: Its name.
@@ -237,7 +232,7 @@ def at_place(robot: str, position: Place, asked: Asked, limits: Mapping[str, flo
     def off(other: str) -> float:
         return math.dist(position[:axes], asked.places[other][:axes])
 
-    most, found = limits["share"] * asked.margin, off(robot)
+    most, found = asked.allowed(limits), off(robot)
     near = min(asked.places, key=off)
     swapped = f", and is where {near} belongs" if near != robot and off(near) < asked.margin else ""
     there = ", ".join(f"{value:.3f}" for value in asked.places[robot][:axes])
@@ -260,22 +255,6 @@ def heading_of(robot: str, heading: float | None, asked: float, limits: Mapping[
     what = f"{robot}'s heading is {math.degrees(off):.0f} degrees off"
     passed = off <= limits["heading"]
     return Check("heading", robot, passed, what if passed else f"{what}: turn it to {math.degrees(asked):.0f} degrees")
-
-
-def at_start(robot: str, pose: Pose | None, asked: Asked, limits: Mapping[str, float], now: float) -> list[Check]:
-    """Check whether a robot in flight is seen, where what it flies next begins, and looks as that does, where its heading is measured.
-
-    Args:
-        robot: Its name.
-        pose: Its last; None where it was never seen.
-        asked: What is asked of it.
-        limits: The numbers.
-        now: s of the poses' clock.
-    """
-    if pose is None or now - pose.time > limits["fresh"]:
-        return [Check("pose", robot, False, f"{robot} was not seen lately: look at motion capture and the markers")]
-    looks = [] if pose.heading is None else [heading_of(robot, pose.heading, asked.heading, limits)]
-    return [at_place(robot, pose.position, asked, limits), *looks]
 
 
 def one_body_each(places: Mapping[str, Place], limits: Mapping[str, float]) -> list[Check]:

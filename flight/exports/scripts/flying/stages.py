@@ -112,8 +112,7 @@ class Flight:
                     loaded = index
                     watch.begin(swarm.now())  # nobody was listened to meanwhile
                 self._go_on(0.5, watch)
-            poses = {name: swarm.pose(name) for name in self.team.names}
-            self.team.require_at_start(poses, part["starts"], "the start", swarm.now())
+            self._come_to_rest(part["starts"], watch)
             if number and swarm.now() - since > data["pause"]:
                 raise Refused(f"the pause before part {number + 1} of {len(order)} lasted more than {data['pause']:g} s")
             self._begin = swarm.now()
@@ -209,6 +208,22 @@ class Flight:
             for name, place in places.items():
                 self.swarm.go_to(name, tuple(place), 1.0)
             self._go_on(0.6, watch)
+
+    def _come_to_rest(self, places: dict[str, Any], watch: Watch) -> None:
+        """Hover until all are where a part begins, for as long as patience lasts.
+
+        Raises:
+            Refused: They are not.
+        """
+        swarm, until = self.swarm, self.swarm.now() + self.team.limits["patience"]
+        while True:
+            poses = {name: swarm.pose(name) for name in self.team.names}
+            faults = self.team.start_faults(poses, places, "the start", swarm.now())
+            if not faults:
+                return
+            if swarm.now() >= until:
+                raise Refused("; ".join(faults))
+            self._go_on(STEP, watch)
 
     def _off(self, name: str, pose: Pose) -> tuple[float, Row]:
         """Return how far a robot is from where it should be, m, and where that is."""

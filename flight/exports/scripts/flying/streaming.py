@@ -157,9 +157,16 @@ class Stream:
         ):
             others = [vehicle.name for vehicle in self.vehicles if vehicle.says.mode != OFFBOARD]
             raise Refused(f"{', '.join(others)} did not change to offboard flight within {ANSWER:g} s")
-        poses = {vehicle.name: vehicle.poses[-1] for vehicle in self.vehicles}
         starts = {name: row["start"] for name, row in self.team.data["robots"].items()}
-        self.team.require_at_start(poses, starts, "its start", time.monotonic())
+
+        def faults(vehicles: list[Vehicle]) -> list[str]:
+            poses = {vehicle.name: vehicle.poses[-1] for vehicle in vehicles}
+            return self.team.start_faults(poses, starts, "its start", time.monotonic())
+
+        patience = time.monotonic() + self.team.limits["patience"]
+        self.wait(patience, lambda vehicle: not faults([vehicle]), sending=True)
+        if found := faults(self.vehicles):
+            raise Refused("; ".join(found))
 
     def fly(self) -> None:
         """Send all setpoints in real time, all robots by one clock.

@@ -10,7 +10,8 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from .checks import Asked, Health, Place, Pose, at_start, margin_fault
+from .checks import Asked, Health, Place, Pose
+from .starts import at_start, margin_fault, start_fault
 
 
 class Refused(Exception):
@@ -25,6 +26,7 @@ class Team:
         names: The robots.
         margin: m.
         limits: The numbers that flights are checked and watched by.
+        start: m from its start at which the proof of tracking lets a robot begin; None where nothing is proved.
     """
 
     def __init__(self, data: dict[str, Any]) -> None:
@@ -33,6 +35,7 @@ class Team:
         self.names: list[str] = list(data["robots"])
         self.margin: float = data["margin"]
         self.limits: dict[str, float] = data["limits"]
+        self.start: float | None = data.get("start")
         self._beside: dict[str, list[tuple[str, float]]] = {name: [] for name in self.names}
         for one, other, least in data["separation"]:
             self._beside[one].append((other, least))
@@ -41,12 +44,12 @@ class Team:
     # Before the flight
 
     def require_margin(self) -> None:
-        """Refuse a margin that measurements use up.
+        """Refuse a margin, or a start, that measurements use up.
 
         Raises:
             Refused: As said.
         """
-        if fault := margin_fault(self.margin, self.limits):
+        if fault := margin_fault(self.margin, self.limits) or start_fault(self.start, "the flight", self.limits):
             raise Refused(fault)
 
     def asked(self, name: str, places: dict[str, Place], where: str, *, above: bool = False) -> Asked:
@@ -61,29 +64,25 @@ class Team:
         heading = self.data["robots"][name]["start"][3]
         return Asked(places, where, heading, self.margin, self.data["lasts"], above)
 
-    def require_at_start(
+    def start_faults(
         self, poses: Mapping[str, Pose | None], places: Mapping[str, Sequence[float]], where: str, now: float
-    ) -> None:
-        """Refuse to begin where robots in flight are not seen where what they fly next begins, or look elsewhere.
+    ) -> list[str]:
+        """Return a sentence for each robot in flight that is not seen where what it flies next begins, or looks elsewhere.
 
         Args:
             poses: The last of each robot.
             places: Where each has to be, and its heading, rad.
             where: In words.
             now: s.
-
-        Raises:
-            Refused: As said.
         """
         ends: dict[str, Place] = {name: (x, y, z) for name, (x, y, z, _) in places.items()}
-        found = [
+        asked = {name: Asked(ends, where, place[3], self.margin, 0.0, start=self.start) for name, place in places.items()}
+        return [
             check.sentence
             for name, pose in poses.items()
-            for check in at_start(name, pose, Asked(ends, where, places[name][3], self.margin, 0.0), self.limits, now)
+            for check in at_start(name, pose, asked[name], self.limits, now)
             if check.passed is False
         ]
-        if found:
-            raise Refused("; ".join(found))
 
     # In flight
 

@@ -14,6 +14,7 @@ import pytest
 
 import flight
 from flight.link.live_executive import fly_live
+from flight.link.phases import FLIGHT, Stage
 from flight.link.simulated import Faults, SimulatedLink
 from ltlplan.missions import load_mission
 from ltlplan.online.event_queue import TOO_LATE, Happenings, Told, checked_events, no_news
@@ -227,6 +228,38 @@ def test_who_computes_is_killed_or_hangs_and_the_team_holds_and_lands(ready, wor
     if work is way_to_stop:
         assert "did not come to rest in a certified way" in course.team.lost
         assert len(course.team.all_pieces) == 1, "of what came after the event nothing is proved"
+
+
+def starts_proved(monkeypatch, ready, first: float | None, later: float | None) -> None:
+    """Have the proof of tracking let pieces begin so many m beyond what a measurement may be off; None where nothing is proved."""
+    begins = ready[0].certified.certificate.digest()
+    accuracy = SimulatedLink(ready[0].mission, PLACES, conditions=flight.Conditions(noise=0.001)).accuracy
+
+    def start(stage: Stage) -> float | None:
+        beyond = None if stage.name != FLIGHT else first if stage.certificate.digest() == begins else later
+        return None if beyond is None else accuracy + beyond
+
+    monkeypatch.setattr(Stage, "start", property(start))
+
+
+@pytest.mark.parametrize(("later", "pieces"), [(0.03, 2), (1e-6, 1)])
+def test_a_piece_begins_only_within_what_a_proof_of_tracking_assumes(ready, monkeypatch, later, pieces):
+    starts_proved(monkeypatch, ready, 0.03, later)
+    course, done, _ = fly(ready, NewFormula(time=1.0, formula=BACK))
+    assert done.flown, done.reason
+    assert len(course.team.certificates) == pieces
+    refused = [
+        one for one in sentences(done) if "tracking is not proved from where robots are" in one and "m are allowed" in one
+    ]
+    assert len(refused) == 2 - pieces
+
+
+@pytest.mark.parametrize(("first", "said"), [(1e-6, "m are allowed"), (0.0, "state a greater `disturbance.start`")])
+def test_an_online_flight_begins_only_within_what_a_proof_of_tracking_assumes(ready, monkeypatch, first, said):
+    starts_proved(monkeypatch, ready, first, None)
+    _, done, _ = fly(ready)
+    assert not done.flown
+    assert said in done.reason
 
 
 def test_a_proof_that_fails_lets_the_team_hover_and_then_land_in_a_certified_way(ready):
