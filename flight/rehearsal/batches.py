@@ -84,6 +84,29 @@ class Blowing(Protocol):
         ...
 
 
+class View(Protocol):
+    """Air and view of many flights."""
+
+    @property
+    def draws(self) -> Draws:
+        """Source of chance, for one cell."""
+        ...
+
+    @property
+    def air(self) -> Blowing:
+        """Air of all cells."""
+        ...
+
+    @property
+    def cells(self) -> int:
+        """Number of cells."""
+        ...
+
+    def sight(self, half: int, /) -> Sight:
+        """Return what is seen in one frame, 0 for the one after a control instant and 1 for the next."""
+        ...
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Chance:
     """Air and view of many flights, each cell's the same.
@@ -112,7 +135,7 @@ class Chance:
         return sight if self.noise is None else replace(sight, position=sight.position * self.noise)
 
 
-def peaks(reference: Reference, fleet: Fleet, chance: Chance, report: Progress) -> Floats:
+def peaks(reference: Reference, fleet: Fleet, chance: View, report: Progress) -> Floats:
     """Fly all to the end, and return each robot's largest distance from its plan at any step.
 
     Args:

@@ -64,10 +64,19 @@ class Corner:
     @property
     def phrase(self) -> str:
         """The corner, for a person."""
-        found: dict[str, list[str]] = {}
-        for name, end in self.ends.items():
-            found.setdefault(end, []).append(name)
-        return "; ".join(f"{end} {', '.join(names)}" for end, names in found.items())
+        return said_of(self.ends)
+
+
+def said_of(ends: Mapping[str, str]) -> str:
+    """Return ends for a person: "least mass; most thrust, latency".
+
+    Args:
+        ends: `least` or `most` by what has two ends.
+    """
+    found: dict[str, list[str]] = {}
+    for name, end in ends.items():
+        found.setdefault(end, []).append(name)
+    return "; ".join(f"{end} {', '.join(names)}" for end, names in found.items())
 
 
 @dataclass(frozen=True, slots=True)

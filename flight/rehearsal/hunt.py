@@ -1,22 +1,26 @@
-"""The hunt: winds of a given speed that are made to push a team out of its tube, found from the loop's own response.
+"""The hunt: winds and errors of sensors that are made to push a team out of its tube, found from the loop's own response.
 
-A hovering vehicle is blown at for 20 ms along each axis, and how it moves is written down. Were the loop linear, one wind would bring it farthest at
-an instant along a direction. That wind is as fast as it may be at all times, and turns as that response does read backwards. It brings it there by
-the sum of the response's length (the l1 gain of the loop). The flight is flown in such winds for several instants and directions, and again around
-the worst of them. Nothing is proved by it: it finds what chance does not.
+A hovering vehicle is blown at for 20 ms along each axis, or seen beside where it is, and how it moves is written down. Were the loop linear, one wind would
+bring it farthest at an instant along a direction. That wind is as fast as it may be at all times, and turns as that response does read backwards. It brings it
+there by the sum of the response's length (the l1 gain of the loop). So it is of errors. The flight is flown in them for several instants and directions; the
+worst is flown at the ends of mass, thrust and latency, and at the worst of these again around its instant and direction. Nothing is proved by it: it finds
+what chance does not.
+
+A mission that states disturbances is hunted within these. Without them the air is aimed, and ends are those of `corners`.
 """
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from flight.conditions import CAMERAS, LABORATORY, Conditions
+from flight.conditions import CAMERAS, LABORATORY, Conditions, conditions_of
 from flight.control.controller import CONTROLLERS
-from flight.control.profiles import PROFILES
+from flight.control.profiles import PROFILES, autopilot_of
 from flight.mixed_fleet import kinds_of
 from flight.model.airframe import Airframe, airframes_of
 from flight.model.attitude import Floats
@@ -26,7 +30,8 @@ from flight.model.timing import CONTROL_STEP, STEP, SUBSTEPS
 from flight.monitoring.tube import stray_between_steps
 from flight.onboard_simulation.fleet import Differences, Fleet, Sight
 from flight.random_streams import Draws
-from flight.rehearsal.batches import Chance, peaks
+from flight.rehearsal.batches import Air, Chance, peaks
+from flight.rehearsal.corners import intervals_of, said_of
 from verify.data import BadInput, Mission, Trajectory
 from verify.data.progress import Progress, part_of, silent
 from verify.recordings.planned_paths import planned_paths
@@ -35,8 +40,11 @@ FASTEST = 20.0
 """m/s, of a wind that is hunted with at most."""
 _REMEMBERED = 10.0
 """s after which a loop has forgotten a gust."""
-_PULSE = 0.5
-"""m/s for one control step: small, so that the response is that of the linear loop."""
+_PULSES = {"wind": 0.5, "position": 0.002, "attitude": 0.01, "gyroscope": 0.1}
+"""m/s, m, rad and rad/s for one control step: small, so that the response is that of the linear loop."""
+_ENDS = ("mass", "thrust", "latency")
+"""What has two ends."""
+_UNITS = {"position": "m", "attitude": "rad", "gyroscope": "rad/s"}
 _INSTANTS = 6
 _DIRECTIONS = tuple(sign * axis for axis in np.eye(3) for sign in (1.0, -1.0))
 
@@ -47,37 +55,56 @@ class Hunt:
 
     Attributes:
         wind: Speed of the air at all times, m/s.
+        errors: What else is aimed, and how far off it is: position in m, attitude in rad, gyroscope in rad/s.
         margin: Radius of the tube, m; None without one.
-        linear: Each robot's largest distance if its loop were linear and hovered, m: the l1 gain times the wind.
+        linear: Each robot's largest distance if its loop were linear and hovered, m: l1 gains times the wind and errors.
         worst: Largest distance of any robot from its plan that was found, m; infinite where one was lost.
         robot: Whose.
         time: s of the flight at which that wind was aimed.
-        flights: How many winds were flown.
+        ends: `least` or `most` of mass, thrust and latency there; empty where that was as the profile says.
+        flights: How many were flown.
         left: How many of them drove a robot out of its tube; None without a margin.
+        bound: That is proved of the robot, m; None where none is proved of what was hunted.
     """
 
     wind: float
+    errors: Mapping[str, float]
     margin: float | None
     linear: Mapping[str, float]
     worst: float
     robot: str
     time: float
+    ends: Mapping[str, str]
     flights: int
     left: int | None
+    bound: float | None
 
     @property
     def sentence(self) -> str:
         """The results, for a person."""
         far = "a robot is lost" if self.worst == float("inf") else f"worst {1000 * self.worst:.1f} mm"
         kept = "" if self.left is None else f" {self.left} of {self.flights} left the tube of {self.margin:g} m;"
+        also = "".join(f" and {name} errors of {size:g} {_UNITS[name]}" for name, size in self.errors.items())
+        ends = f" with {said_of(self.ends)}" if self.ends else ""
+        proved = "" if self.bound is None else f" The proved bound is {self.bound / self.worst:.1f} times that."
         return (
-            f"Hunted with winds of {self.wind:g} m/s that turn against the loop:{kept} {far} by {self.robot}, aimed at {self.time:.1f} s "
-            f"({1000 * self.linear[self.robot]:.0f} mm of it from the wind alone, were the loop linear). A hunt proves nothing."
+            f"Hunted with winds of {self.wind:g} m/s{also} that turn against the loop:{kept} {far} by {self.robot}, aimed at {self.time:.1f} s"
+            f"{ends} ({1000 * self.linear[self.robot]:.0f} mm from what is aimed alone, were the loop linear).{proved} A hunt proves nothing."
         )
 
     def to_dict(self) -> dict[str, Any]:  # of any type: JSON nests
         """Return the findings as plain data; a lost robot's error is null."""
-        return {**asdict(self), "linear": dict(self.linear), "worst": None if self.worst == float("inf") else self.worst}
+        tables = {name: dict(getattr(self, name)) for name in ("errors", "linear", "ends")}
+        return {**asdict(self), **tables, "worst": None if self.worst == float("inf") else self.worst}
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Aim:
+    """One flight of a hunt: when and where to it pushes, and 0 or 1 for the least and most of mass, thrust and latency."""
+
+    time: float
+    direction: Floats
+    ends: tuple[int, ...] | None = None
 
 
 def hunt(
@@ -86,17 +113,19 @@ def hunt(
     margin: float | None,
     *,
     wind: float,
+    bounds: Mapping[str, float] | None = None,
     seed: int = 0,
     progress: Progress | None = None,
 ) -> Hunt:
-    """Fly a team in winds that are made to push it out of its tube, by the controllers of its profiles.
+    """Fly a team in winds and errors that are made to push it out of its tube, by the controllers of its profiles.
 
     Args:
-        mission: Who flies.
+        mission: Who flies, and the disturbances that are stated.
         team: Its trajectories.
         margin: Radius of the tube, m; None for none.
         wind: Speed of the air, m/s.
-        seed: Of the cameras' noise.
+        bounds: Proved distances of robots under the stated disturbances, m.
+        seed: Of the cameras' noise, where no disturbances are stated.
         progress: Called with a sentence and the share done.
 
     Raises:
@@ -104,23 +133,37 @@ def hunt(
     """
     require_wind(wind)
     reference = sample_reference(flown(mission, team), CONTROL_STEP, SUBSTEPS, onward=flown(mission, team, more_laps=1))
-    airframes, say = airframes_of(mission, mission.agents), progress or silent
-    kernels = {airframe: response(airframe) for airframe in dict.fromkeys(airframes)}
-    own = [kernels[airframe] for airframe in airframes]
-    hunted = _Hunted(reference, airframes, own, wind, seed)
-    between = stray_between_steps(mission, planned_paths(mission, team), STEP)
+    hunted = _Hunted(reference, airframes_of(mission, mission.agents), _sizes(mission, wind), mission, seed)
+    say, between = progress or silent, stray_between_steps(mission, planned_paths(mission, team), STEP)
     ends = np.linspace(0.0, float(reference.times[-1]), _INSTANTS + 1)[1:]
-    aims = [(float(end), direction) for end in ends for direction in _DIRECTIONS]
-    errors = hunted.flown(aims, part_of(say, 0.0, 0.5)) + between
-    best, _ = np.unravel_index(np.argmax(errors), errors.shape)
-    near = ends[1] - ends[0] if len(ends) > 1 else ends[0]
-    again = _around(aims[int(best)], float(near), float(ends[-1]))
-    more = hunted.flown(again, part_of(say, 0.5, 1.0)) + between
-    found, aims = np.concatenate([errors, more]), [*aims, *again]
-    aim, robot = np.unravel_index(np.argmax(found), found.shape)
-    linear = {name: wind * gain_of(kernel) for name, kernel in zip(reference.robots, own, strict=True)}
-    left = None if margin is None else int(np.count_nonzero(np.max(found, axis=1) >= margin))
-    return Hunt(wind, margin, linear, float(found[aim, robot]), reference.robots[robot], aims[aim][0], len(aims), left)
+    aims, errors = list[_Aim](), np.zeros((0, len(reference.robots)))
+
+    def fly(more: list[_Aim], low: float, high: float) -> _Aim:
+        """Fly some more, and return the worst of all."""
+        nonlocal errors
+        aims.extend(more)
+        errors = np.concatenate([errors, hunted.flown(more, part_of(say, low, high)) + between])
+        return aims[int(np.argmax(errors.max(axis=1)))]
+
+    best = fly([_Aim(float(end), direction) for end in ends for direction in _DIRECTIONS], 0.0, 0.4)
+    best = fly([replace(best, ends=sides) for sides in itertools.product((0, 1), repeat=len(hunted.ends))], 0.4, 0.5)
+    best = fly(_around(best, float(ends[1] - ends[0]), float(ends[-1])), 0.5, 1.0)
+    robot = int(np.argmax(errors[aims.index(best)]))
+    name, worst = reference.robots[robot], float(errors[aims.index(best), robot])
+    told, left = mission.disturbance, None if margin is None else int(np.count_nonzero(np.max(errors, axis=1) >= margin))
+    at = {} if best.ends is None else {what: ("least", "most")[end] for what, end in zip(hunted.ends, best.ends, strict=True)}
+    within = bounds if bounds and told is not None and wind <= told.wind and worst < float("inf") else {}
+    other = {what: size for what, size in hunted.sizes.items() if what != "wind"}
+    linear = dict(zip(reference.robots, hunted.linear(), strict=True))
+    return Hunt(wind, other, margin, linear, worst, name, best.time, at, len(aims), left, within.get(name))
+
+
+def _sizes(mission: Mission, wind: float) -> dict[str, float]:
+    """Return how large each input is that is aimed: a controller on the ground knows the truth, as in the proof."""
+    told = mission.disturbance
+    if told is None or conditions_of(mission).noise is None:
+        return {"wind": wind}
+    return {"wind": wind, **{name: size for name in _UNITS if (size := float(getattr(told, name))) > 0.0}}
 
 
 def require_wind(wind: float) -> None:
@@ -136,35 +179,48 @@ def require_wind(wind: float) -> None:
         raise BadInput(f"a hunt's wind is above 0 m/s and at most {FASTEST:g}, not {wind!r}.")
 
 
-def response(airframe: Airframe) -> Floats:
-    """Return how a hovering vehicle moves that was blown at by 1 m/s for one control step, m.
+def response(airframe: Airframe, to: str = "wind") -> Floats:
+    """Return how a hovering vehicle moves that was blown at, or seen wrongly, by 1 for one control step, m.
 
     Args:
         airframe: With the controller that its profile names, on the estimator on board.
+        to: What was 1: `wind` in m/s, `position` in m or `attitude` in rad as cameras see them, `gyroscope` in rad/s.
 
     Returns:
-        At each control step after the gust began; by the gust's axis, then by the motion's. Shape (steps, 3, 3).
+        At each control step after it began; by its axis, then by the motion's. Shape (steps, 3, 3).
     """
     start = np.zeros((4, 3))
     flat = np.zeros((5, 4, 3))
+    autopilot = autopilot_of(airframe)
+    linear = autopilot.changed(
+        ekf=autopilot.ekf.changed(least_turn=0.0)
+    )  # what a filter drops of small corrections is not linear
+    airframe = airframe.changed(vehicle=airframe.vehicle.changed(autopilot=linear))
     fleet = Fleet(kinds_of((airframe,), 3), CONTROLLERS.find(PROFILES), start, Differences(np.full(3, CAMERAS.delay)))
-    clear = Sight(np.zeros((3, 3)), np.zeros((3, 3)), np.ones(3, dtype=np.bool_), np.zeros((3, 3)))
     settled, count = round(1.0 / CONTROL_STEP), round(_REMEMBERED / CONTROL_STEP)
-    moved, at_rest = np.empty((count, 3, 3)), np.zeros((3, 3))
+    moved, at_rest, pulse = np.empty((count, 3, 3)), np.zeros((3, 3)), _PULSES[to] * np.eye(3)
     for tick in range(settled + count):
         if tick == settled:
             at_rest = fleet.state[:3].copy()
-        air = _PULSE * np.eye(3) if tick == settled else np.zeros((3, 3))
+        given = {to: pulse} if tick == settled else {}
         for half in range(2):
-            fleet.look(clear)
-            fleet.fly(flat, half, air)
+            fleet.look(_sight(given, 3))
+            fleet.fly(flat, half, given.get("wind", np.zeros((3, 3))))
         if tick >= settled:
             moved[tick - settled] = (fleet.state[:3] - at_rest).T
-    return moved / _PULSE
+    return moved / _PULSES[to]
+
+
+def _sight(errors: Mapping[str, Floats], n: int) -> Sight:
+    """Return what is seen with errors of cameras and gyroscopes, 0 where there are none."""
+    none = np.zeros((3, n))
+    return Sight(
+        errors.get("position", none), errors.get("attitude", none), np.ones(n, dtype=np.bool_), errors.get("gyroscope", none)
+    )
 
 
 def gain_of(kernel: Floats) -> float:
-    """Return the largest distance along an axis that a wind of 1 m/s can make of a linear loop, m per m/s.
+    """Return the largest distance along an axis that an input of 1, such as a wind of 1 m/s, can make of a linear loop, m.
 
     Args:
         kernel: As from `response`.
@@ -172,8 +228,8 @@ def gain_of(kernel: Floats) -> float:
     return float(np.max(np.sum(np.linalg.norm(kernel, axis=1), axis=0)))
 
 
-def wind_towards(kernel: Floats, direction: Floats, ticks: int, until: float) -> Floats:
-    """Return the wind of 1 m/s that brings a linear loop farthest along a direction at an instant. Shape (ticks, 3).
+def input_towards(kernel: Floats, direction: Floats, ticks: int, until: float) -> Floats:
+    """Return the input of length 1 that brings a linear loop farthest along a direction at an instant. Shape (ticks, 3).
 
     Args:
         kernel: As from `response`.
@@ -181,7 +237,7 @@ def wind_towards(kernel: Floats, direction: Floats, ticks: int, until: float) ->
         ticks: Of the flight.
         until: That instant, s.
     """
-    push = kernel @ direction  # (steps, gust's axis)
+    push = kernel @ direction  # (steps, the input's axis)
     last, found = round(until / CONTROL_STEP), np.zeros((ticks, 3))
     for tick in range(min(last, ticks)):
         found[tick] = push[min(last - 1 - tick, len(push) - 1)]
@@ -189,51 +245,90 @@ def wind_towards(kernel: Floats, direction: Floats, ticks: int, until: float) ->
     return np.where(length > 0.0, found / np.maximum(length, 1e-300), direction)
 
 
-def _around(aim: tuple[float, Floats], near: float, end: float) -> list[tuple[float, Floats]]:
-    """Return instants and directions around the worst."""
-    time, direction = aim
+def _around(aim: _Aim, near: float, end: float) -> list[_Aim]:
+    """Return aims around the worst, at instants and along directions beside its own."""
     turns = [np.roll(np.eye(3)[0], k) for k in range(3)]
-    leaning = [direction, *(direction + sign * 0.6 * turn for turn in turns for sign in (1.0, -1.0))]
-    times = [min(max(time + share * near, 0.2), end) for share in (-0.5, -0.25, 0.0, 0.25, 0.5)]
-    return [(at, way / np.linalg.norm(way)) for at in times for way in leaning if np.linalg.norm(way) > 0.1]
+    leaning = [aim.direction, *(aim.direction + sign * 0.6 * turn for turn in turns for sign in (1.0, -1.0))]
+    times = [min(max(aim.time + share * near, 0.2), end) for share in (-0.5, -0.25, 0.0, 0.25, 0.5)]
+    ways = [way / np.linalg.norm(way) for way in leaning if np.linalg.norm(way) > 0.1]
+    return [replace(aim, time=at, direction=way) for at in times for way in ways]
 
 
-class _Aimed:
-    """Air that is aimed: a wind for every vehicle and control step."""
+class _View:
+    """Air and view of all flights that are aimed: inputs of every vehicle at each control step, in place of chance or beside it."""
 
-    def __init__(self, winds: Floats) -> None:
-        self._winds, self._tick = winds, -1
+    def __init__(self, inputs: Mapping[str, Floats], chance: Chance, *, told: bool) -> None:
+        self._inputs, self._chance, self._told, self._tick = inputs, chance, told, -1
+        self.draws, self.cells, self.air = chance.draws, chance.cells, self
 
     def after(self, _: Floats) -> Floats:
         """Return the air's velocity at every vehicle in the next control step, m/s. Shape (3, n)."""
         self._tick += 1
-        return self._winds[self._tick]
+        return self._inputs["wind"][self._tick]
+
+    def sight(self, half: int) -> Sight:
+        """Return what is seen in one frame."""
+        given = {name: values[self._tick] for name, values in self._inputs.items()}
+        return _sight(given, given["wind"].shape[1]) if self._told else self._chance.sight(half)
 
 
-@dataclass(frozen=True, slots=True)
 class _Hunted:
-    """A team in winds that are aimed."""
+    """A team in winds and errors that are aimed.
 
-    reference: Reference
-    airframes: Sequence[Airframe]
-    kernels: Sequence[Floats]
-    wind: float
-    seed: int
+    Attributes:
+        sizes: Of what is aimed.
+        ends: What has two ends.
+    """
 
-    def flown(self, aims: Sequence[tuple[float, Floats]], report: Progress) -> Floats:
-        """Return each robot's largest distance from its plan in each wind, m. Shape (winds, robots).
+    def __init__(
+        self, reference: Reference, airframes: Sequence[Airframe], sizes: Mapping[str, float], mission: Mission, seed: int
+    ) -> None:
+        self._reference, self._airframes, self.sizes = reference, tuple(airframes), sizes
+        self._told, self._seed = mission.disturbance, seed
+        self._truth = self._told is not None and conditions_of(mission).noise is None
+        self.ends = _ENDS[:2] if self._truth else _ENDS
+        found = {(airframe, name): response(airframe, name) for airframe in dict.fromkeys(airframes) for name in sizes}
+        self._kernels = {name: [found[airframe, name] for airframe in airframes] for name in sizes}
+
+    def linear(self) -> list[float]:
+        """Return how far all that is aimed would bring each robot, were its loop linear, m."""
+        return [
+            sum(size * gain_of(self._kernels[name][k]) for name, size in self.sizes.items())
+            for k in range(len(self._airframes))
+        ]
+
+    def _ends(self, name: str, aims: Sequence[_Aim]) -> Floats:
+        """Return mass, thrust or latency of every vehicle. Shape (n,)."""
+        usual = CAMERAS.delay if name == "latency" else 1.0
+        if self._told is None:
+            ends = [intervals_of(airframe)[name] for airframe in self._airframes]
+        else:
+            share = 0.0 if name == "latency" else float(getattr(self._told, name))
+            ends = [self._told.latency if name == "latency" else (1.0 - share, 1.0 + share)] * len(self._airframes)
+            usual = sum(self._told.latency) / 2.0 if name == "latency" else 1.0
+        at = self.ends.index(name)
+        return np.array([usual if aim.ends is None else end[aim.ends[at]] for aim in aims for end in ends])
+
+    def flown(self, aims: Sequence[_Aim], report: Progress) -> Floats:
+        """Return each robot's largest distance from its plan in each flight, m. Shape (flights, robots).
 
         Args:
-            aims: An instant, s, and a direction of each.
+            aims: Of each flight.
             report: Told how far it is.
         """
-        reference, robots, ticks = self.reference, len(self.reference.robots), self.reference.ticks
-        winds = np.stack(
-            [wind_towards(kernel, direction, ticks, time) for time, direction in aims for kernel in self.kernels], axis=-1
-        )
-        n = len(aims) * robots
+        reference, robots, ticks = self._reference, len(self._reference.robots), self._reference.ticks
+        inputs = {
+            name: size
+            * np.stack(
+                [input_towards(own, aim.direction, ticks, aim.time) for aim in aims for own in self._kernels[name]], axis=-1
+            )
+            for name, size in self.sizes.items()
+        }
+        delay = None if self._truth else self._ends("latency", aims)
+        differences = Differences(delay, self._ends("mass", aims), self._ends("thrust", aims))
         start = np.tile(reference.start, (1, len(aims)))
-        differences = Differences(np.full(n, CAMERAS.delay))
-        fleet = Fleet(kinds_of(tuple(self.airframes), len(aims)), CONTROLLERS.find(PROFILES), start, differences)
-        draws = Draws(Conditions(LABORATORY, CAMERAS), (self.seed,), robots)
-        return peaks(reference, fleet, Chance(draws, CAMERAS, _Aimed(self.wind * winds), len(aims)), report)[:, 0]
+        fleet = Fleet(kinds_of(self._airframes, len(aims)), CONTROLLERS.find(PROFILES), start, differences)
+        draws = Draws(Conditions(LABORATORY, CAMERAS), (self._seed,), robots)
+        chance = Chance(draws, CAMERAS, Air((LABORATORY,), draws, [0] * len(aims)), len(aims))
+        view = _View(inputs, chance, told=self._told is not None)
+        return peaks(reference, fleet, view, report)[:, 0]
