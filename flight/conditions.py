@@ -9,6 +9,7 @@ from typing import Literal, TypedDict, Unpack, get_args
 from flight.control.controller import CONTROLLERS, Controller
 from flight.control.onboard_controller import OnBoardController
 from flight.control.profiles import PROFILES, controller_name, controller_of
+from flight.control.streamed import StreamedController
 from flight.model.airframe import Airframe
 from flight.model.disturbances import Wind
 from flight.model.full import FullModel
@@ -171,7 +172,7 @@ def conditions_of(mission: Mission) -> Conditions:
     """Return what a mission's margin is meant for: its vehicles' own controllers and estimators, in a laboratory's air and view.
 
     A mission that states disturbances is flown within these: in their wind, seen as late and as far off as they let cameras and sensors be. A controller
-    on the ground then knows the true state, as no estimator is in the model of the proof.
+    on the ground then knows the true state, as no estimator is in the model of the proof, and follows set-points as old and as coarse as they are stated.
 
     Args:
         mission: Says what flies.
@@ -186,6 +187,8 @@ def conditions_of(mission: Mission) -> Conditions:
     controller = PROFILES if together else alone
     if (told := mission.disturbance) is None:
         return Conditions(LABORATORY, CAMERAS, controller=controller)
+    if told.setpoints is not None and not together:
+        controller = StreamedController(alone, next(iter(followers)), told.setpoints)
     return Conditions(Wind((told.wind, 0.0, 0.0)), _cameras(told) if together else None, controller=controller)
 
 

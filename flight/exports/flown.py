@@ -11,11 +11,13 @@ import json
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from flight.conditions import conditions_of
 from flight.control.profiles import controller_name, controller_of
+from flight.control.streamed import StreamedController
 from flight.exports.target import ExportTarget
 from flight.logs.log import FlightLog
 from verify.certificate import Certificate
-from verify.data import Mission, NotCertified, Vehicle
+from verify.data import Mission, NotCertified
 
 WARNING = (
     "WARNING: not rehearsed with this vehicle's controller: written without a simulated flight by it that stayed in its tube. "
@@ -52,12 +54,13 @@ def require_controllers(
                 f"the margin of {name} is meant for the controller '{own}', and vehicles of {target.name} run {runs}. Name one of these as "
                 "`controller` in the vehicle's profile, or write it with `--force` (`force=True`) and a warning."
             )
-        _require_setpoints(target, name, mission.vehicle_of(name), options)
+        _require_setpoints(target, name, mission, options)
 
 
-def _require_setpoints(target: ExportTarget, robot: str, vehicle: Vehicle, options: Mapping[str, Any]) -> None:
+def _require_setpoints(target: ExportTarget, robot: str, mission: Mission, options: Mapping[str, Any]) -> None:
     """Reject set-points that are not those of the simulated flight."""
-    name, controller = controller_name(vehicle), controller_of(vehicle)
+    name, controller = controller_name(mission.vehicle_of(robot)), conditions_of(mission).controller
+    controller = controller if isinstance(controller, StreamedController) else controller_of(mission.vehicle_of(robot))
     if target.orders is not None and controller.orders > target.orders:
         raise NotCertified(
             f"{target.name}: the controller '{name}' of {robot} is flown in simulation with the path's derivatives up to order {controller.orders}, and "
@@ -102,7 +105,7 @@ def require_flight(
     if log.certificate != cert.digest():
         raise NotCertified("the flight is of another certificate; fly this one (`flight.fly` with it, `ltlplan run`).")
     for name in robots:
-        wanted = controller_name(mission.vehicle_of(name))
+        wanted = conditions_of(mission).follower(mission.vehicle_of(name))
         who = None if log.controllers is None else log.controllers[log.robots.index(name)]
         if who != wanted:
             flown = "nobody knows whom" if who is None else f"'{who}'"

@@ -19,6 +19,14 @@ def _clocks(error: float) -> str:
     return f"those of any two robots are at most {error:g} s apart at every moment" if error else "one for all robots"
 
 
+def _aged(request: Request, target: ExportTarget) -> str:
+    """Return of which age set-points may be where tracking is proved on those of a target, in words."""
+    told = request.mission.disturbance and request.mission.disturbance.setpoints
+    if target.rate is None or told is None or not target.proved(request):
+        return ""
+    return f"; tracking is proved where each command follows a set-point that is {told.age[0]:g} to {told.age[1]:g} s old"
+
+
 def readme(request: Request, target: ExportTarget, notes: tuple[str, ...], beyond: tuple[str, ...]) -> str:
     """Return the text of README.txt.
 
@@ -34,9 +42,11 @@ def readme(request: Request, target: ExportTarget, notes: tuple[str, ...], beyon
         vehicle = mission.vehicle_of(name)
         meant = controller_name(vehicle)
         unproved = "" if mission.disturbance is None else "; tracking not proved for this target"
-        streamed = f"{unproved}, as its set-points are streamed and rounded" if unproved and target.rate is not None else ""
+        streamed = (
+            "" if target.proved(request) else f"{unproved}, as its set-points are streamed and rounded" if unproved else ""
+        )
         other = f"margin meant for the controller {meant}, which it does not run{unproved}"
-        who = f"controller {meant}{streamed}" if target.runs(meant) else other
+        who = f"controller {meant}{streamed}{_aged(request, target)}" if target.runs(meant) else other
         flown.setdefault(f"airframe: {vehicle.name}, {vehicle.mass:g} kg, {who}", []).append(name)
     airframes = list(flown) if len(flown) == 1 else [f"{airframe} ({', '.join(names)})" for airframe, names in flown.items()]
     others = [name for name in mission.agents if name not in request.team]

@@ -19,6 +19,7 @@ import numpy as np
 from flight.control.profiles import PROFILES
 from flight.exports.target import ExportTarget, Product, Request
 from verify.data import BadInput, MissingEngine, Trajectory
+from verify.data.disturbance import StreamedSetpoints
 
 RATE = 50.0
 """Points a second."""
@@ -118,4 +119,5 @@ ROS2 = ExportTarget(
     controllers=(PROFILES,),  # a bag goes with no vehicle in particular
     rate=RATE,
     orders=2,
+    sent=StreamedSetpoints(orders=2),  # floats of 64 bits
 )

@@ -14,9 +14,12 @@ from typing import Any, Protocol
 
 from flight.control.profiles import PROFILES
 from verify.data import BadInput, Mission, Trajectory
+from verify.data.disturbance import StreamedSetpoints
 from verify.data.errors import did_you_mean
 from verify.data.names.registry import Registry
 
+PROVED_RATE = 50.0
+"""Set-points a second that `disturbance.setpoints` is about."""
 NOTE = "README.txt"
 """The readable note of every export."""
 
@@ -124,6 +127,7 @@ class ExportTarget:
             that an export is written with `force` or not at all.
         rate: Set-points a second that it writes where the option `rate` says nothing; None where it writes whole polynomials.
         orders: The highest derivative of a position in its set-points; None where it writes whole polynomials.
+        sent: What its set-points are off by as they are written; how old they are when they are followed is for others. None where that is not bounded.
     """
 
     name: str
@@ -137,6 +141,20 @@ class ExportTarget:
     controllers: tuple[str, ...] = ()
     rate: float | None = None
     orders: int | None = None
+    sent: StreamedSetpoints | None = None
+
+    def proved(self, request: Request) -> bool:
+        """Return whether its set-points are those that tracking is proved on: whole polynomials, or a stream within what the mission states.
+
+        Args:
+            request: What is exported.
+        """
+        if self.rate is None:
+            return True
+        told = request.mission.disturbance and request.mission.disturbance.setpoints
+        if told is None or self.sent is None or float(request.options.get("rate", self.rate)) != PROVED_RATE:
+            return False
+        return told.covers(self.sent.changed(age=told.age))
 
     def runs(self, controller: str) -> bool:
         """Return whether its vehicles run a controller.

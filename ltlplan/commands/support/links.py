@@ -117,10 +117,11 @@ def controllers_said(flown: Mapping[str, str], mission: Mission) -> str:
         flown: Name of the controller of each robot.
         mission: Who flies.
     """
-    from flight.control.profiles import controller_name
+    from flight.conditions import conditions_of
 
+    conditions = conditions_of(mission)
     said = "Controllers: " + ", ".join(f"{name} {controller}" for name, controller in flown.items()) + "."
-    others = {name: own for name in flown if (own := controller_name(mission.vehicle_of(name))) != flown[name]}
+    others = {name: own for name in flown if (own := conditions.follower(mission.vehicle_of(name))) != flown[name]}
     if others:
         meant = ", ".join(f"{name} for '{own}'" for name, own in others.items())
         said += f" The margin is meant for another ({meant}), so that no simulated flight says that they keep to their paths."

@@ -16,7 +16,7 @@ from tests.helpers.motion.flights import legs, plan_of, small_mission
 from verify import certify
 from verify.data import NotCertified, load_vehicle
 from verify.data.airframe import load_airframe
-from verify.data.disturbance import Disturbance
+from verify.data.disturbance import Disturbance, StreamedSetpoints
 from verify.data.plan import Visit
 
 
@@ -129,6 +129,60 @@ def test_a_target_that_streams_rounded_set_points_says_that_tracking_is_not_prov
         assert (rounded in note) is (rate is not None)
         assert "starting further than 0.003 m from the planned start or not at rest" in note
     assert "0.003" not in readme(Request(mission.changed(disturbance=None), team, 1, 0.05, "digest", {}), target, (), ())
+
+
+@pytest.fixture(scope="module")
+def streamed():
+    """A flight of which tracking is proved on set-points without jerk and snap."""
+    told = Disturbance(
+        airframe=load_airframe("crazyflie-2.1"), sag=0.0, setpoints=StreamedSetpoints(age=(0.0, 0.002), orders=2)
+    )
+    vehicle = load_vehicle("crazyflie-2.1").changed(controller="geometric")
+    mission = small_mission("F a", regions="a: {center: [0.3, 0.0, 1.0], radii: [0.1, 0.1, 0.1]}", margin=0.05)
+    mission = mission.changed(vehicle=vehicle, disturbance=told)
+    plan, team = plan_of(mission, {"r0": [Visit(region="a")]}), {"r0": legs([[0, 0, 1], [0.3, 0, 1]], speed=0.08)}
+    return plan, team, certify(plan, team)
+
+
+def test_a_stream_within_what_tracking_is_proved_on_is_written_and_says_so(streamed, tmp_path):
+    plan, team, cert = streamed
+    log = flight.fly(plan, team, cert, conditions=conditions_of(plan.mission))
+    assert log.controllers == ("geometric on streamed set-points",)
+    assert 0.0 < log.worst_error("r0") < 0.05
+    flight.export(team, cert, tmp_path, format="ros2", flight=log)
+    note = (tmp_path / "README.txt").read_text()
+    assert "not proved" not in note
+    assert "tracking is proved where each command follows a set-point that is 0 to 0.002 s old" in note
+
+
+def test_a_flight_on_other_set_points_opens_no_stream(streamed, tmp_path):
+    plan, team, cert = streamed
+    with pytest.raises(NotCertified, match="'geometric on streamed set-points', and the flight was flown by 'geometric'"):
+        flight.export(team, cert, tmp_path, format="ros2", flight=flight.fly(plan, team, cert))
+    with pytest.raises(NotCertified, match="on 50 set-points a second, and the export has 20"):
+        flight.export(team, cert, tmp_path, format="ros2", rate=20.0, flight=flight.fly(plan, team, cert))
+    flight.export(team, cert, tmp_path, format="ros2", rate=20.0, force=True)
+    assert "tracking not proved for this target" in (tmp_path / "README.txt").read_text()
+
+
+@pytest.mark.parametrize(
+    ("sent", "proved"),
+    [
+        ({"orders": 2}, True),
+        ({"orders": 3, "position": 0.0004}, True),
+        ({"orders": 2, "position": 0.002}, False),
+        (None, False),
+    ],
+)
+def test_a_target_of_another_package_is_proved_within_what_is_stated(streamed, sent, proved):
+    plan, team, _ = streamed
+    told = plan.mission.disturbance
+    mission = plan.mission.changed(disturbance=told.changed(setpoints=told.setpoints.changed(position=0.0005)))
+    mine = ExportTarget("mine", lambda request: Product({}), controllers=("geometric",), rate=50.0)
+    mine = replace(mine, sent=None if sent is None else StreamedSetpoints(**sent))
+    note = readme(Request(mission, team, 1, 0.05, "digest", {}), mine, (), ())
+    assert ("tracking not proved" in note) is not proved
+    assert ("tracking is proved where" in note) is proved
 
 
 def test_a_vehicle_without_a_controller_on_board_is_not_written_for_crazyflies_that_fly_by_theirs(tmp_path):
