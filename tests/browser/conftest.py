@@ -80,6 +80,15 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
         yield found
 
 
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    """Start a service that people have worked with, and have a flight in the air."""
+    from tests.browser.states import worked_with
+
+    with worked_with(tmp_path_factory.mktemp("lab") / "data") as found:
+        yield found
+
+
 @pytest.fixture(scope="session")
 def page(tmp_path_factory: pytest.TempPathFactory, shipped_page: Callable[[str], str]) -> Callable[[str], Path]:
     """Return the file of a page by its name: `report`, `show`, `campaign`, `online` or `recorded`, of the firefighting mission; or `reproduction`."""

@@ -171,6 +171,7 @@ class Runner:
                 began.append(utc_now())
                 _begin(entry, name, began[0])
                 _log.info("job %s: %s begins", entry.job.id, name)
+            share = max(share, entry.job.share)  # work that is begun again does not go back
             entry.change(sentence=sentence, share=share)
             entry.feed.progress(entry.job, name, sentence, share)
 

@@ -10,12 +10,14 @@ from nicegui import ui
 
 from ltlplan.service.models import ENDED
 from ltlplan.service.page.comparison.studies import STATES
-from ltlplan.service.page.elements import Part, Words, box, button, link, table
+from ltlplan.service.page.elements import Part, Words, box, button, link, progress_bar, table
 from ltlplan.service.page.next_steps import offered_steps
 from ltlplan.service.people.roles import Action
 from verify.data import LtlplanError
 
 if TYPE_CHECKING:
+    from nicegui.element import Element
+
     from ltlplan.service.models import DerivedKind, Job
     from ltlplan.service.page.session_state import Desk
 
@@ -49,6 +51,7 @@ class DerivedJobs:
         self.desk, self.tab, self.kinds, self.none, self.extra, self.steps = desk, tab, kinds, none, extra, steps
         self.place = box("derived")
         self.part = Part(self.place)
+        self.going: dict[str, tuple[Element, Words]] = {}
         self.timer = ui.timer(_REFRESH, self.refresh, active=False)
         desk.on_tab.append(lambda _tab: self.look())
         desk.on_job.append(lambda _job: self.look())
@@ -67,9 +70,16 @@ class DerivedJobs:
             listed = []
         if all(each.state in ENDED for each in listed):
             self.timer.deactivate()
-        self.part.show(tuple(listed), lambda: self._draw(listed))
+        still = [each.model_copy(update={"share": 0.0, "sentence": ""}) for each in listed]
+        self.part.show(still, lambda: self._draw(listed))
+        for each in listed:
+            if each.id in self.going:
+                bar, sentence = self.going[each.id]
+                bar.props(f"value={each.share:.3f}")
+                sentence.set_text(f"{each.sentence or 'waits for a free worker'} ...")
 
     def _draw(self, listed: list[Job]) -> None:
+        self.going.clear()
         if not listed:
             offered_steps(self.none, self.steps)
         for each in listed:
@@ -81,8 +91,7 @@ class DerivedJobs:
             Words("b", job.title)
             Words("span", STATES[job.state], f"chip {job.state}")
         if job.state not in ENDED:
-            ui.element("progress").props(f'max=1 value={job.share:.3f} aria-label="How much is done"')
-            Words("p", f"{job.sentence or 'waits for a free worker'} ...", "sentence")
+            self.going[job.id] = progress_bar(job.share), Words("p", "", "sentence")
         if job.problem is not None:
             Words("p", job.problem.detail, "verdict fails")
         found = job.stages[-1].found if job.stages else {}

@@ -132,18 +132,19 @@ def _desk(service: Service, flight: str | None = None) -> Desk:
 
 
 async def _page(desk: Desk, tab: str, job: str | None, other: str = "") -> None:
-    client = desk.client
+    client, desk.tab = desk.client, tab
     client.on_delete(desk.leave)
     client.layout.classes("page")
     with client.layout:
         _header(desk).move(client.layout, target_index=0)
-    with box("tabs"):
+    with box("tabs") as tabs:
         panels = {
             name: box("panel").props(f"role=tabpanel id={ADDRESS[name]}-panel aria-labelledby={ADDRESS[name]}-tab")
             for name in TABS
             if name != "watch"
         }
         flight = Flight()
+    tabs.set_visibility(False)  # the first timer has the page sent, however much of it is made by then
     with panels["write"]:
         await write_tab(desk)
     with panels["plan"]:
@@ -157,9 +158,9 @@ async def _page(desk: Desk, tab: str, job: str | None, other: str = "") -> None:
     with panels["take away"]:
         take_away_tab(desk)
     with panels["compare"]:
-        compare_tab(desk, (job or "", other) if other else ("", ""))
+        await compare_tab(desk, (job or "", other) if other else ("", ""))
     with panels["live"]:
-        live_tab(desk)
+        await live_tab(desk)
     with panels["people"]:
         people_tab(desk)
     if desk.may(Action.FLY):
@@ -178,14 +179,12 @@ async def _page(desk: Desk, tab: str, job: str | None, other: str = "") -> None:
 
     desk.on_tab.append(turned)
     desk.on_job.append(come_further)
-    if job is None:
-        desk.show(tab)
-        return
     try:
-        await desk.open(job, tab)
+        desk.show(tab) if job is None else await desk.open(job, tab)
     except LtlplanError as error:
         desk.show("plan")
         say(error)
+    tabs.set_visibility(True)
 
 
 def _header(desk: Desk) -> Element:

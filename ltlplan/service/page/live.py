@@ -34,8 +34,9 @@ class _Telling:
         with box("telling"):
             Words("h2", "Flights in the air")
             self.flights = Part(box("flights"))
-            self.state = Part(box().props("role=status"))
-            self.control = Part(box("row control").props("aria-live=polite"))
+            with box("row"):
+                self.state = Part(box().props("role=status"))
+                self.control = Part(box("row control").props("aria-live=polite"))
             self.view = LiveView()
             self.view.on("moved", self._moved)
             with box("tell", tag="form").props('aria-label="Tell the flight"') as self.form:
@@ -232,10 +233,12 @@ def _listed(events: tuple[LiveEvent, ...]) -> None:
         table(["", "UTC", "told by", "event", "what the flight did"], list(reversed(rows)))
 
 
-def live_tab(desk: Desk) -> None:
-    """Make the tab.
+async def live_tab(desk: Desk) -> None:
+    """Make the tab, with what there is to see if it is the one that is opened.
 
     Args:
         desk: What the person has open.
     """
-    _Telling(desk)
+    telling = _Telling(desk)
+    if desk.tab == "live":
+        await telling.refresh()

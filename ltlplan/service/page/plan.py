@@ -8,7 +8,18 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
-from ltlplan.service.page.elements import Part, Words, box, button, named_field, say, search_field, table
+from ltlplan.service.page.elements import (
+    Part,
+    Words,
+    box,
+    button,
+    named_field,
+    progress_bar,
+    running_clock,
+    say,
+    search_field,
+    table,
+)
 from ltlplan.service.page.next_steps import next_steps, nothing_found
 from ltlplan.service.people.roles import Action
 from ltlplan.service.storage.retention import kept_until
@@ -53,7 +64,6 @@ class _Planning:
         self.none = Part(self.list)
         self.bar: ui.element | None = None
         self.sentence: Words | None = None
-        self.running: Words | None = None
         desk.on_job.append(self.show)
         desk.on_progress.append(self.progress)
         desk.on_tab.append(lambda tab: self.timer.activate() if tab == "plan" else self.timer.deactivate())
@@ -65,8 +75,6 @@ class _Planning:
         self.more.set_visibility(len(jobs) > self.most)
         jobs = jobs[: self.most]
         chosen = "" if self.desk.job is None else self.desk.job.id
-        if self.desk.job is not None and self.desk.job.ended is None and self.running is not None:
-            self.running.set_text(self._running(self.desk.job))
         present = {job.id for job in jobs}
         for gone in [job for job in self.listed if job not in present]:
             self.listed.pop(gone).place.delete()
@@ -109,7 +117,7 @@ class _Planning:
         self.timer.activate()
         self.problem.place.set_visibility(job is not None and job.problem is not None)
         if job is None:
-            self.bar = self.sentence = self.running = None
+            self.bar = self.sentence = None
             self.name.show(None, lambda: next_steps(self.desk, "Choose a job beside this, or write a mission.", ("write",)))
             for part in (self.actions, self.early, self.told, self.stages, self.problem):
                 part.show(None, lambda: None)
@@ -153,7 +161,7 @@ class _Planning:
             say(f"It is in the project {project} now." if project else "It is in no project now.", good=True)
 
     def _told(self, job: Job) -> None:
-        self.bar = self.sentence = self.running = None
+        self.bar = self.sentence = None
         Words("code", job.title, "asked")
         times = [f"seed {job.seed}", f"handed in {_clock(job.submitted)}{_whose(job, self.desk.user)}"]
         if job.started and job.ended:
@@ -168,20 +176,21 @@ class _Planning:
                 "soft",
             )
         if job.ended is None:
-            self.bar = ui.element("progress").props(f'max=1 value={job.share:.3f} aria-label="How much is done"')
+            self.bar = progress_bar(job.share)
             waits = "waits for a free worker" if job.state == "queued" else job.sentence or "working"
-            self.sentence = Words("p", f"{waits} ...", "sentence").props("aria-live=polite")
-            self.running = Words("p", self._running(job), "soft running-time")
+            self.sentence = Words("p", f"{waits} ...", "sentence")
+            self._running(job)
 
-    def _running(self, job: Job) -> str:
-        """Return how long a job has run, and what its stages may take at most."""
+    def _running(self, job: Job) -> None:
+        """Show how long a job has run, and what its stages may take at most."""
         limits = self.desk.service.settings.limits
-        most = f"a stage may take {limits.stage_seconds / 60:g} min of processor time and {limits.stage_megabytes} MB"
-        return (
-            most[0].upper() + most[1:] + "."
-            if job.started is None
-            else f"Has run for {_seconds(job.started, utc_now())}; {most}."
-        )
+        with box("soft running-time", tag="p"):
+            if job.started is not None:
+                Words("span", "Has run for ")
+                running_clock(_between(job.started, utc_now()))
+                Words("span", ". ")
+            most = f"{limits.stage_seconds / 60:g} min of processor time and {limits.stage_megabytes} MB"
+            Words("span", f"A stage may take {most}.")
 
     def _problem(self, job: Job) -> None:
         if job.problem is None:
@@ -332,8 +341,12 @@ def _clock(time: str) -> str:
     return datetime.fromisoformat(time).strftime("%Y-%m-%d %H:%M:%S UTC")
 
 
+def _between(start: str, end: str) -> float:
+    return (datetime.fromisoformat(end) - datetime.fromisoformat(start)).total_seconds()
+
+
 def _seconds(start: str, end: str) -> str:
-    seconds = (datetime.fromisoformat(end) - datetime.fromisoformat(start)).total_seconds()
+    seconds = _between(start, end)
     return f"{seconds:.1f} s" if seconds < 100 else f"{seconds / 60:.1f} min"
 
 

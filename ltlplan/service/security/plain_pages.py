@@ -3,21 +3,34 @@
 from __future__ import annotations
 
 import html
+from importlib import resources
 
 from ltlplan.service.models import Problem
 
 PLAIN_POLICY = "default-src 'none'; style-src 'unsafe-inline'; form-action 'self'; base-uri 'none'; frame-ancestors 'none'"
 """What such a page may load: nothing."""
 
+_COLOURS = "".join(
+    line
+    for sheet in ("report/style.css", "service/page/assets/page.css")
+    for line in (resources.files("ltlplan") / sheet).read_text("utf-8").splitlines()
+    if ":root" in line
+)
+"""Colours of reports and of the page, light and dark."""
+_STYLE = """*{box-sizing:border-box}
+body{font:15px/1.5 system-ui,-apple-system,"Segoe UI",Roboto,sans-serif;max-width:WIDTHrem;margin:12vh auto;padding:0 16px;background:var(--paper);color:var(--ink)}
+h1{font-size:26px;line-height:1.3;letter-spacing:-.01em;margin:0 0 12px}a{color:var(--accent)}small,summary{color:var(--soft)}
+label{display:block;color:var(--soft);margin-top:10px}form{margin:0 0 12px}summary{cursor:pointer}
+input,button,.button{display:block;font:inherit;width:100%;padding:7px 12px;border:1px solid var(--line);border-radius:6px;background:var(--paper);color:var(--ink);text-align:center;text-decoration:none}
+input{text-align:left;border-color:var(--soft)}button{margin-top:16px;cursor:pointer;background:var(--accent);border-color:var(--accent);color:var(--accent-ink);font-weight:600}
+.button{background:var(--panel)}.button:hover{background:var(--press)}button:hover{filter:brightness(1.08)}
+:focus-visible{outline:2px solid var(--accent);outline-offset:2px}
+[role=alert]{color:var(--bad)}.detail{white-space:pre-wrap;overflow-wrap:anywhere}code{font-size:13px;background:var(--panel);border-radius:4px;padding:1px 5px}
+"""
 _PAGE = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
 <meta name="color-scheme" content="light dark"><title>ltlplan: {title}</title>
-<style>body{{font:1rem/1.5 system-ui,sans-serif;max-width:{width}rem;margin:15vh auto;padding:0 1rem}}
-input,button{{font:inherit;padding:.5rem;width:100%;box-sizing:border-box;margin:.3rem 0}}[role=alert]{{color:#b3261e}}
-html{{background:#fff;color:#1d2330}}a{{color:#2765d3}}
-@media(prefers-color-scheme:dark){{html{{background:#14171d;color:#e4e7ee}}a{{color:#7aa7f7}}[role=alert]{{color:#ff8a80}}}}
-.button{{display:block;text-align:center;padding:.5rem;border:1px solid;border-radius:.2rem;text-decoration:none}}form{{margin-bottom:1rem}}
-.detail{{white-space:pre-wrap;overflow-wrap:anywhere}}</style></head>
+<style>{style}</style></head>
 <body><main>{content}</main></body></html>
 """
 _PASSWORD_FORM = """<form method="post" action="/login"><label for="name">Name</label>
@@ -36,7 +49,7 @@ _NEW_PASSWORD = """<h1>A new password</h1>{said}<form method="post" action="/pas
 <input id="new" name="new" type="password" autocomplete="new-password" minlength="12" maxlength="200" required>
 <label for="again">New password, once more</label>
 <input id="again" name="again" type="password" autocomplete="new-password" minlength="12" maxlength="200" required>
-<button>Change it</button></form><p><small>You are logged out everywhere else. <a href="/login">Log in</a></small></p>"""
+<button>Change it</button></form><p><small>This logs you out everywhere else. <a href="/login">Log in</a></small></p>"""
 _ENTERED = """<h1>ltlplan</h1><p>You are logged in. <a href="/">To the first page</a></p>"""
 _ON = '<meta http-equiv="refresh" content="0;url=/">'
 _REFUSAL = """<h1>{title}</h1><p class="detail" role="alert">{detail}</p><p><a href="{to}">{words}</a></p>"""
@@ -58,7 +71,7 @@ def login_page(said: str = "", *, passwords: bool = False, tokens: bool = True, 
         content += f"<details><summary>By a token</summary>{_TOKEN_FORM.format(focus='', words='Log in by token')}</details>"
     elif tokens or not openid:
         content += "" if passwords else _TOKEN_FORM.format(focus=" autofocus", words="Log in")
-    return _PAGE.format(title="log in", width=26, content=content)
+    return _page("log in", content)
 
 
 def password_page(said: str = "", *, name: str = "") -> str:
@@ -70,12 +83,16 @@ def password_page(said: str = "", *, name: str = "") -> str:
     """
     focus = " autofocus" if name else ""
     content = _NEW_PASSWORD.format(said=_alert(said), name=html.escape(name, quote=True), focus=focus)
-    return _PAGE.format(title="a new password", width=26, content=content)
+    return _page("a new password", content)
 
 
 def entered_page() -> str:
     """Return the page that leads on after a login elsewhere."""
-    return _PAGE.format(title="logged in", width=26, content=_ENTERED).replace("<title>", _ON + "<title>")
+    return _page("logged in", _ENTERED).replace("<title>", _ON + "<title>")
+
+
+def _page(title: str, content: str, *, width: int = 26) -> str:
+    return _PAGE.format(title=title, style=_COLOURS + _STYLE.replace("WIDTH", str(width)), content=content)
 
 
 def _alert(said: str) -> str:
@@ -90,4 +107,4 @@ def refusal_page(problem: Problem) -> str:
     """
     to, words = ("/login", "Log in") if problem.status == 401 else ("/", "To the first page")
     content = _REFUSAL.format(title=html.escape(problem.title), detail=html.escape(problem.detail), to=to, words=words)
-    return _PAGE.format(title=html.escape(problem.title), width=40, content=content)
+    return _page(html.escape(problem.title), content, width=40)

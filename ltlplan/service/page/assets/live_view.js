@@ -19,7 +19,7 @@ export default {
     <output class="time">{{ clock }}</output>
     <label>speed <select v-model.number="speed" aria-label="Speed"><option v-for="s in [0.5, 1, 2, 5]" :value="s">{{ s }}x</option></select></label>
   </div>
-  <div class="theatre" v-show="picture">
+  <div class="theatre" v-show="picture || (flight && !replay)">
     <div class="stage3d">
       <div class="live-scenes">
         <figure><div class="holder" ref="holder" role="group" :aria-label="'Scene of ' + name"></div><figcaption>Scene</figcaption></figure>
@@ -38,7 +38,7 @@ export default {
             {{ robot.left === null ? "" : mm(robot.left) + " mm" }}</td>
           <td>{{ robot.battery === null ? "not told" : minutes(robot.battery) }}</td>
           <td :class="{ bad: robot.old > 0.15 }">{{ robot.old === null ? "not seen" : robot.old.toFixed(2) + " s old" }}</td>
-          <td>{{ robot.fault || levels[robot.acknowledged] || (frame.ending ? "" : "flies") }}</td>
+          <td>{{ robot.fault || levels[robot.acknowledged] || (frame.ending || robot.age === null ? "" : "flies") }}</td>
         </tr></tbody></table></div>
     </div>
     <aside class="side">
@@ -51,7 +51,7 @@ export default {
       <h2>Next</h2>
       <ul class="next"><li v-for="entry in next">in {{ entry[0].toFixed(1) }} s: {{ entry[1] }} in {{ entry[2] }}</li></ul>
       <p v-if="!next.length" class="soft">No entry into a region is planned.</p>
-      <h2>Said</h2>
+      <h2 v-if="said.length">Said</h2>
       <ol class="said"><li v-for="each in said">{{ each.sentence }}</li></ol>
     </aside>
   </div>
@@ -67,7 +67,7 @@ export default {
     lineState() {
       if (this.trouble) return this.trouble;
       if (this.replay) return this.replayed ? "Replay" : "The recording is read.";
-      if (!this.frame) return this.flight ? "No frame of " + this.flight + " came yet. It is seen from when its program runs with --follow." : "";
+      if (!this.frame) return this.flight ? "No frame yet: its program sends them, run with --follow." : "";
       if (this.frame.over) return this.flight + " is over.";
       if (this.quiet) return "No frame for " + this.silent.toFixed(0) + " s: the flight, its line or the service is down. What is shown is old.";
       return this.frame.stage ? "Seen live." : "Connected; the flight has not begun.";
@@ -143,7 +143,9 @@ export default {
       const said = this.line ? this.line.said : this.saidUntil(this.at);
       this.said = said.filter((each) => each.kind !== "check").slice(-SAID).reverse();
       const known = this.picture ? this.picture.robots : [], colours = this.picture ? this.picture.colours : [];
-      this.robots = Object.entries(frame.robots).map(([name, robot]) => ({
+      const unseen = { at: null, off: null, left: null, battery: null, age: null, fault: "", acknowledged: null };
+      const robots = { ...Object.fromEntries(known.map((name) => [name, unseen])), ...frame.robots };
+      this.robots = Object.entries(robots).map(([name, robot]) => ({
         ...robot, name, colour: colours[known.indexOf(name)] || "gray", old: robot.age === null ? null : robot.age + frame.stale,
       }));
       const planned = this.picture && this.picture.number === frame.picture && !frame.ending ? this.picture.planned : [];

@@ -6,13 +6,13 @@ export default {
 <div class="pair" :data-ready="ready">
   <p v-if="trouble" class="warning" role="alert">{{ trouble }}</p>
   <div class="pair-scenes">
-    <figure v-for="(side, i) in sides" v-show="flights[i]">
-      <figcaption>{{ side }}: {{ flights[i] ? flights[i].mission + ", " + flights[i].end.toFixed(1) + " s" : "" }}</figcaption>
+    <figure v-for="(side, i) in sides" v-show="[first, second][i]">
+      <figcaption>{{ side }}{{ flights[i] ? ":" : "" }} {{ flights[i] ? flights[i].mission + ", " + flights[i].end.toFixed(1) + " s" : "" }}</figcaption>
       <div class="holder small" ref="holders" role="group" :aria-label="'Moving 3-D picture of the ' + side + ' flight'"></div>
     </figure>
   </div>
-  <p class="ring-words" v-show="ready !== 'none'">{{ ringWords }}</p>
-  <div class="player" v-show="ready !== 'none'">
+  <p class="ring-words" v-show="first || second">{{ ringWords }}</p>
+  <div class="player" v-show="first || second">
     <button type="button" class="play" @click="toggle" :aria-label="running ? 'Pause both' : 'Play both'">{{ running ? "Pause" : "Play both" }}</button>
     <input class="clock" ref="clock" type="range" min="0" step="0.01" :max="end" value="0" aria-label="Time of both flights in seconds" @input="seek(Number($event.target.value))">
     <output class="time" ref="time">0.0 s</output>

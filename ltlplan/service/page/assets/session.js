@@ -12,6 +12,27 @@
   begin();
 })();
 
+// What drops down from the page closes by Escape, by a click elsewhere and by a choice made in it.
+const closeDrops = (kept) => {
+  for (const open of document.querySelectorAll(".gallery details[open]")) if (!kept || !open.contains(kept)) open.open = false;
+};
+document.addEventListener("click", (event) => closeDrops(event.target.closest(".drop li") ? null : event.target));
+document.addEventListener("keydown", (event) => {
+  const open = event.key === "Escape" && event.target.closest(".gallery details[open]");
+  if (!open) return;
+  open.firstElementChild.focus();
+  closeDrops();
+});
+
+// Clocks of what is running go on from what the service said, whether it has time to say more or not.
+setInterval(() => {
+  for (const clock of document.querySelectorAll("[data-ran]")) {
+    if (clock.ran !== clock.dataset.ran) Object.assign(clock, { ran: clock.dataset.ran, began: performance.now() - 1000 * clock.dataset.ran });
+    const seconds = Math.floor((performance.now() - clock.began) / 1000);
+    clock.textContent = seconds < 100 ? `${seconds} s` : `${Math.floor(seconds / 60)} min ${seconds % 60} s`;
+  }
+}, 250);
+
 // Tab goes round within a dialog that is open.
 document.addEventListener("keydown", (event) => {
   const dialog = [...document.querySelectorAll("[role=dialog]")].at(-1);

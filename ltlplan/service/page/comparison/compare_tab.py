@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from ltlplan.service.page.session_state import Desk
 
 
-def compare_tab(desk: Desk, pair: tuple[str, str]) -> None:
-    """Make the tab.
+async def compare_tab(desk: Desk, pair: tuple[str, str]) -> None:
+    """Make the tab, with what there is to see if it is the one that is opened.
 
     Args:
         desk: What the person has open.
@@ -38,4 +38,7 @@ def compare_tab(desk: Desk, pair: tuple[str, str]) -> None:
             ui.timer(0.0, comparing.refresh, once=True)
             ui.timer(0.0, listed.refresh, once=True)
 
+    if desk.tab == "compare":
+        await comparing.refresh()
+        await listed.refresh()
     desk.on_tab.append(turned)

@@ -8,7 +8,7 @@ from ltlplan.report.summary import TINY
 from ltlplan.service.figures import claim_pairs
 from ltlplan.service.page.comparison.flight_pair import PairOfFlights
 from ltlplan.service.page.comparison.studies import STATES, cells
-from ltlplan.service.page.elements import Part, Words, box, button, choice, differing, table
+from ltlplan.service.page.elements import Part, Words, box, button, choice, differing, folded, table
 from ltlplan.service.page.next_steps import next_steps
 from verify.data import LtlplanError
 
@@ -104,13 +104,13 @@ def _draw(found: Comparison) -> None:
     Words("h3", "Words")
     robots = dict.fromkeys((*first.words, *second.words))
     words = [(robot, first.words.get(robot, ""), second.words.get(robot, "")) for robot in robots]
-    table(("robot", "first", "second"), words)
+    folded(words, lambda rows: table(("robot", "first", "second"), rows), "robots")
     if words and all(one == other for _, one, other in words):
         Words("p", "The same words.", "soft")
     Words("h3", "Claims")
     pairs = claim_pairs(found)
     rows = [_claims(*pair) for pair in pairs]
-    table(("claim", "robot", "first", "second", "limit"), rows)
+    folded(rows, lambda rows: table(("claim", "robot", "first", "second", "limit"), rows), "claims")
     Words("h3", "What changed in the mission")
     differing(found.difference)
 

@@ -154,7 +154,7 @@ class Drafted:
     def _draw(self, others: list[tuple[float, str, str]]) -> None:
         with box(tag="details"):
             Words("summary", f"Drafts ({len(others)})")
-            with box(tag="ul"):
+            with box("drop"), box(tag="ul"):
                 for changed, draft, title in others:
                     with box(tag="li"):
                         button(f"{title}, {_when(changed)}", lambda draft=draft: self._open(draft), "quiet")

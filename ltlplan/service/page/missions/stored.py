@@ -42,7 +42,7 @@ class Stored:
         """Draw what opens a stored mission."""
         with box(tag="details") as details:
             Words("summary", "Stored")
-            with box("found"):
+            with box("drop"):
                 self._searched = search_field("Search stored missions", self._search)
                 self._list = Part(box())
         details.on(
@@ -95,6 +95,8 @@ class Stored:
                 ):
                     Words("b", each.name)
                     Words("small", f" version {each.version} by {each.by}, {_when(each.changed)}{_where(each)}", "soft")
+        if len(found) > _LISTED:
+            Words("p", f"The newest {_LISTED} of {len(found)}; search finds the others.", "soft")
 
     async def _open(self, mission: StoredMission, number: int | None = None) -> None:
         found = await asyncio.to_thread(self._missions.version, self._desk.principal, mission.id, number or mission.version)

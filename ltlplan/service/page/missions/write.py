@@ -32,10 +32,10 @@ class _Writing:
         self.newest = 0
         self.faults: list[dict[str, Any]] = []
         with box("gallery"):
+            stored, drafts = box("stored"), box("drafts")
             Words("span", "Start from", "soft")
             for name in (*shipped_missions(), _BLANK):
                 button(name, lambda name=name: self.start_from(name), "quiet")
-            drafts, stored = box("drafts"), box("stored")
         with box("writing"):
             with box("mission"):
                 self.editor = Editor("The mission, as YAML", language="YAML", on_text=self.typed, on_submit=self.submit)
@@ -67,6 +67,8 @@ class _Writing:
             with stored:
                 self.stored.draw_list()
             with box("beside"):
+                Words("h2", "World")
+                self.world = World("3-D picture of the mission's regions and starts")
                 Words("h2", "Formula")
                 self.formula = Editor(
                     "The formula", single=True, hint="such as F loc1 & G(smoke -> carrying)", on_text=self.formula_typed
@@ -74,8 +76,6 @@ class _Writing:
                 self.words = box("words", tag="ul")
                 self.names = box("names")
                 self.automata = ui.html("", sanitize=True).classes("automata")
-                Words("h2", "World")
-                self.world = World("3-D picture of the mission's regions and starts")
 
     def _study(self) -> None:
         begin_study(self.desk, lambda: self.editor.text, lambda: self.pace_text)
