@@ -16,7 +16,12 @@ from dataclasses import replace
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget
 from ltlplan.paths.costs import for_mission
 from ltlplan.replanning.checked_plan import paced, plan_or_none
-from ltlplan.replanning.conflict_alternatives import fewer_in_a_region, no_other_words, without_a_leg_in_conflict
+from ltlplan.replanning.conflict_alternatives import (
+    fewer_in_a_region,
+    no_other_words,
+    with_a_robot_aside,
+    without_a_leg_in_conflict,
+)
 from ltlplan.replanning.cuts import Candidate, Conflict, Flight, greatest_pace
 from ltlplan.replanning.refusal import Reason, Refusal
 from ltlplan.replanning.soft_alternatives import (
@@ -157,6 +162,7 @@ def _same_words(refusal: Refusal) -> Candidate | None:
 _OTHER_WORDS: tuple[Alternative, ...] = (
     fewer_in_a_region,
     without_a_leg_in_conflict,
+    with_a_robot_aside,
     other_words,
     without_a_leg,
     fewer_soft_parts,

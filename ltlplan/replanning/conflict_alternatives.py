@@ -2,7 +2,7 @@
 
 Whether robots have places beside each other, and ways past each other, is seen in refinement alone. What it says goes back to planning: a
 region in which no places were found for so many robots holds fewer of them (`search.counting.capacities`), where the formula counts robots;
-else each leg of the robots in conflict is shut in turn. Of the answers those are taken first whose visits can be made one after another so
+else each leg of the robots in conflict is shut in turn. Where that does not do, one of them steps aside (`stepping_aside`). Of the answers those are taken first whose visits can be made one after another so
 that nobody rests where another one comes to, the cheapest ones first.
 """
 
@@ -17,6 +17,7 @@ from ltlplan.logic.budget import Budget
 from ltlplan.replanning.checked_plan import legs_of, plan_or_none, plans_without
 from ltlplan.replanning.cuts import Candidate, Cut, CutKind, digest
 from ltlplan.replanning.refusal import Refusal
+from ltlplan.replanning.stepping_aside import aside
 from ltlplan.search.orders.planned_words import hold_under_precedences, systems_of_words
 from verify.data import Infeasible, LtlplanError, NotCertified, Plan, Witness
 from verify.data.names.choices import PLANNING_METHODS
@@ -51,6 +52,20 @@ def without_a_leg_in_conflict(refusal: Refusal) -> Candidate | None:
     return _first_flyable(_without_a_leg(refusal, witness))
 
 
+def with_a_robot_aside(refusal: Refusal) -> Candidate | None:
+    """Return a plan in which one of two robots in conflict steps aside; None where none has a place for that, or enough others were tried.
+
+    Args:
+        refusal: The plan, and what refinement or the judge said of it.
+    """
+    witness, made = _conflict(refusal), refusal.plan
+    if witness is None or witness.claim != "separation" or witness.region is not None:
+        return None
+    if made.mission.spec.trace == "infinite" or made.meetings or made.precedences or len(_close(made, witness)) < 2:
+        return None
+    return _first_flyable(_answered(refusal, "aside", other) for other in aside(made, _close(made, witness)))
+
+
 def no_other_words(refusal: Refusal) -> LtlplanError:
     """Return the error for a plan that was given up, with what became of other words.
 
@@ -61,10 +76,11 @@ def no_other_words(refusal: Refusal) -> LtlplanError:
     if witness is None or made.mission.soft_parts or len(made.robots) < 2 or made.mission.passages is not None:
         return error
     others = refusal.tried.others
+    words = "other words or a robot that steps aside" if refusal.tried.since("aside") else "other words"
     tried = (
         "No other words were found that would mend it."
         if others == 0
-        else f"Of {others} other {'plan' if others == 1 else 'plans'}, with other words, no flight was found either."
+        else f"Of {others} other {'plan' if others == 1 else 'plans'}, with {words}, no flight was found either."
     )
     held = _held_letter(made) if witness.claim == "formula" else []
     first = _given_up(refusal.tried)
@@ -112,7 +128,7 @@ def _held_letter(made: Plan) -> list[str]:
 
 def _given_up(candidate: Candidate) -> Cut | None:
     """Return the cut by which the words planned first were given up; None before that."""
-    return next(iter(candidate.since("legs", "capacity")), None)
+    return next(iter(candidate.since("legs", "aside", "capacity")), None)
 
 
 def _answered(refusal: Refusal, kind: CutKind, other: Plan | None, **forbidden: Any) -> Candidate | None:

@@ -29,7 +29,19 @@ _SEVERAL = 2
 _RELIEFS = 3
 """Soft parts without which a plan is tried that no flight kept."""
 CutKind = Literal[
-    "waits", "pace", "times", "visits", "order", "precedences", "words", "legs", "capacity", "soft part", "tracking", "sharing"
+    "waits",
+    "pace",
+    "times",
+    "visits",
+    "order",
+    "precedences",
+    "words",
+    "legs",
+    "aside",
+    "capacity",
+    "soft part",
+    "tracking",
+    "sharing",
 ]
 _FORBIDS: dict[CutKind, str] = {
     "waits": "flights that come near the counterexamples",
@@ -40,6 +52,7 @@ _FORBIDS: dict[CutKind, str] = {
     "precedences": "flights of these words without precedences",
     "words": "words that hold in every order of the robots",
     "legs": "words along these legs",
+    "aside": "flights in which no robot steps aside",
     "capacity": "more robots in one region",
     "soft part": "plans that keep all of these soft parts",
     "tracking": "flights faster than the plan's own times",
@@ -165,7 +178,7 @@ class Candidate:
     @property
     def others(self) -> int:
         """Number of times that other words were taken for the sake of room."""
-        return len(self.since("legs", "capacity"))
+        return len(self.since("legs", "aside", "capacity"))
 
     @property
     def last_round(self) -> int:
@@ -264,7 +277,10 @@ def less_wished(mission: Mission, kept: Collection[int]) -> list[Mission]:
 
 
 def digest(made: Plan) -> str:
-    """Return what tells plans apart: words, visits, and who waits for whom."""
-    does = {name: (str(robot.word), [visit.model_dump() for visit in robot.visits]) for name, robot in made.robots.items()}
+    """Return what tells plans apart: words, visits, who flies at all, and who waits for whom."""
+    does = {
+        name: (str(robot.word), robot.still, [visit.model_dump() for visit in robot.visits])
+        for name, robot in made.robots.items()
+    }
     waits = [wait.model_dump() for wait in (*made.precedences, *made.meetings)]
     return hashlib.sha256(json.dumps([does, waits], sort_keys=True).encode()).hexdigest()

@@ -105,8 +105,8 @@ CASES = {
     "two robots swap places in a dead end": Refused(
         "true", f"a: {_at(0.2, 0, (1.6, 0))}, b: {_at(1.6, 0, (0.2, 0))}", (*_NARROW, "elsewhere"), "", _DEAD_END
     ),
-    "the one in front has to come out first": Refused(
-        "F a.deep & F b.deep", f"a: {_at(0.2, 0)}, b: {_at(-1.5, 0)}", (*_NARROW, "elsewhere"), _DEEP, _DEAD_END
+    "the one in front has no place to come out to": Refused(
+        "F a.deep & F b.deep", f"a: {_at(0.2, 0)}, b: {_at(-1.5, 0)}", (*_NARROW, "elsewhere"), _DEEP, _TUBE
     ),
     "two robots swap places in a room": Refused(
         "G all(room) & F a.right & F b.left", f"a: {_at(-1.2, 0)}, b: {_at(1.2, 0)}", (*_IN_ROOM, "elsewhere for b"), f"{_LEFT}, {_RIGHT}, {_union(-1.0, 1.0, 0.0, 2.2, 0.3)}",
@@ -121,8 +121,8 @@ CASES = {
         f"{_between('left', -1.6, 0, 0.4, 0.25)}, {_between('right', 1.6, 0, 0.4, 0.25)}, one: {_box(0, 0.65, 4.4, 0.95, 0.4)}, other: {_box(0, -0.65, 4.4, 0.95, 0.4)}",
         never=("door",),
     ),
-    "a robot hovers in a corridor": Refused(
-        "F a.right", f"{_ONE}, b: {_at(0, 0)}", (*_NARROW, "elsewhere for b, as it hovers there"), _RIGHT, _CORRIDOR
+    "a robot is to stay in a corridor": Refused(
+        "F a.right", f"{_ONE}, b: {_at(0, 0, (0, 0))}", (*_NARROW, "elsewhere for b, as it hovers there"), _RIGHT, _CORRIDOR
     ),
     "an escort into a dead end": Refused(
         "F(vip.deep) & G(vip.deep -> guard.deep)", f"vip: {_at(-1.5, 0.5)}, guard: {_at(-1.5, -0.5)}",
@@ -299,6 +299,23 @@ CASES = {
         f"{_between('right', 0.3, 0, 0.5, 0.5)}, {_between('left', 0.33, 0, 0.5, 0.5)}", team="own",
     ),
 }  # fmt: skip
+
+
+STEPS_ASIDE = {
+    "one of two robots may not leave a room": Refused(
+        "G a.room & F a.right & F b.left", f"a: {_at(-1.2, 0)}, b: {_at(1.2, 0)}", (), f"{_LEFT}, {_RIGHT}, {_union(-1.0, 1.0, 0.0, 2.2, 0.3)}"
+    ),
+    "a region holds both robots that swap places": Refused(
+        "F a.right & F b.left", f"a: {_at(-1.2, 0)}, b: {_at(1.2, 0)}", (), f"{_LEFT}, {_RIGHT}, {_between('room', 0, 0, 4.0, 0.3)}"
+    ),
+    "the one in front comes out first": Refused("F a.deep & F b.deep", f"a: {_at(0.2, 0)}, b: {_at(-1.5, 0)}", (), _DEEP, _DEAD_END),
+    "a robot that does nothing comes out first": Refused("F b.deep", f"a: {_at(0.6, 0)}, b: {_at(-1.5, 0)}", (), _DEEP, _DEAD_END),
+    "a robot hovers in a corridor": Refused("F a.right", f"{_ONE}, b: {_at(0, 0)}", (), _RIGHT, _CORRIDOR),
+    "two robots that do nothing come out first": Refused(
+        "F c.deep", f"a: {_at(0.6, 0)}, b: {_at(0.1, 0)}, c: {_at(-1.5, 0)}", (), _DEEP, _DEAD_END
+    ),
+}  # fmt: skip
+"""Missions that were refused, as planning has robots rest in regions alone: a robot has to step aside into free flight."""
 
 
 def strangers(mission: Mission, sentence: str) -> list[str]:

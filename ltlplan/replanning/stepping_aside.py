@@ -1,0 +1,224 @@
+"""Robots that step aside: to a place in free flight off the others' ways, where no flight of the planned words was found.
+
+Planning has robots rest in regions alone. So one that ends, or hovers, where another one has to pass is led on to a place off all other ways, once its
+visits are made. One that flies from place to place within a region which the formula lets it leave is led around outside of it.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ltlplan.free_space.free_space import FreeSpace
+from ltlplan.paths.costs import cost_of, plan_cost, team_cost
+from ltlplan.search.orders.planned_words import hold_under_precedences
+from ltlplan.systems.region_labels import Layout
+from verify.data import Letter, Plan, RobotPlan, Word
+from verify.data.arrays import Floats
+from verify.data.plan import Visit, Waypoint
+from verify.data.validation.spacing import spacing_of
+
+_GRID = 0.2
+"""m between places that are looked at."""
+_LOOKED_AT = 24
+"""Places, the nearest ones first, to which a way is looked for."""
+_ASIDE = 0.2
+"""m beyond what robots keep that a place lies off the straight ways of others: smooth ones leave these."""
+_BACK = (0.75, 0.5, 0.9)
+"""Shares of a leg at which a robot comes back into a region that it has left."""
+_STEP = 0.05
+"""m between samples of ways."""
+
+
+def aside(plan: Plan, pair: Sequence[str]) -> Iterator[Plan]:
+    """Yield plans in which one of two robots steps aside for the other one: after its visits, or on its way within a region.
+
+    Args:
+        plan: Of a finite trace, without waits, whose words no flight was found for.
+        pair: The two.
+    """
+    for name, other in itertools.permutations(pair, 2):
+        robot = _Robot(plan, name)
+        for changed in (robot.led_on(other), *robot.led_around()):
+            if changed is not None and hold_under_precedences(made := _with(plan, name, changed)):
+                place = next(at.position for at in changed.waypoints if at not in plan.robots[name].waypoints)
+                yield made.noting(f"{name} flies by ({', '.join(f'{x:.2f}' for x in place)}), out of the way of {other}.")
+
+
+def _starts_in_the_way(plan: Plan, name: str, other: str) -> bool:
+    """Return whether the other robot starts in the way of one that is to fly first."""
+    kept = spacing_of(plan.mission)
+    start = np.array(plan.robots[other].waypoints[0].position)
+    return bool(_apart(start[None], _way(plan.robots[name]), kept.z_scale).min() < kept.distance)
+
+
+@dataclass(frozen=True, eq=False)
+class _Robot:
+    """One robot of a plan, and where it can step aside.
+
+    Attributes:
+        plan: The team's.
+        name: The robot's.
+    """
+
+    plan: Plan
+    name: str
+
+    @cached_property
+    def own(self) -> RobotPlan:
+        """Its plan."""
+        return self.plan.robots[self.name]
+
+    @cached_property
+    def _layout(self) -> Layout:
+        return Layout(self.plan.mission)
+
+    @cached_property
+    def _space(self) -> FreeSpace:
+        return FreeSpace.of(self.plan.mission, self.plan.mission.vehicle_of(self.name).radius)
+
+    def led_on(self, other: str) -> RobotPlan | None:
+        """Return its plan with a way on to a place aside; None where it ends off another robot's way, or where it has to."""
+        mission, kept, last = self.plan.mission, spacing_of(self.plan.mission), np.array(self.own.waypoints[-1].position)
+        near = _apart(last[None], _way(self.plan.robots[other]), kept.z_scale).min() < kept.at_rest
+        if not near or mission.agents[self.name].end is not None or _starts_in_the_way(self.plan, self.name, other):
+            return None
+        for place in self._places(last, last):
+            found = self._leg(last, place)
+            if found is not None:
+                way, letters = found
+                shown = self.own.word.letters[-1]
+                if letters[0] != shown & mission.all_regions.keys():
+                    return None
+                more = [letter | (shown - mission.all_regions.keys()) for letter in letters[1:]]
+                return self._flying([*self.own.waypoints, *_vias(way[1:])], [*self.own.word.letters, *more], self.own.visits)
+        return None
+
+    def led_around(self) -> Iterator[RobotPlan]:
+        """Yield its plan with a leg within a region led around outside of it, once for each such leg."""
+        stops = [k for k, at in enumerate(self.own.waypoints) if at.role in ("start", "centre", "end")]
+        for here, there in itertools.pairwise(stops):
+            found = self._around(here, there)
+            if found is not None:
+                yield found
+
+    def _around(self, here: int, there: int) -> RobotPlan | None:
+        """Return its plan with a leg that leaves the one region around both of its ends, and comes back into it; None where no such way is found."""
+        points, regions, shown = self.own.waypoints, frozenset(self.plan.mission.all_regions), self.own.word.letters
+        start, end = (np.array(points[k].position) for k in (here, there))
+        stop = points[here].visit
+        first = len(shown[0] & regions) if stop is None or here == 0 else stop + 1
+        at = _reached(shown, regions, first)
+        if at is None:
+            return None
+        for share, place in itertools.product(_BACK, self._places(start, end)):
+            back = start + share * (end - start)
+            out, again = self._leg(start, place), self._leg(place, back)
+            if out is None or again is None or [shown[at] & regions, again[1][0]] != [out[1][0], out[1][-1]]:
+                continue
+            if len(out[1]) != 2 or again[1][::-1] != out[1]:
+                continue
+            (region,) = out[1][0] - out[1][1]
+            letters = [
+                *shown[: at + 1],
+                *(each | shown[at] - regions for each in (*out[1][1:], *again[1][1:])),
+                *shown[at + 1 :],
+            ]
+            visits = [*self.own.visits[:first], Visit(region=region), *self.own.visits[first:]]
+            middle = Waypoint(position=_point(back), role="centre", region=region, visit=first)
+            later = [
+                each if each.visit is None else each.model_copy(update={"visit": each.visit + 1}) for each in points[there:]
+            ]
+            return self._flying(
+                [*points[: here + 1], *_vias(out[0][1:]), *_vias(again[0][1:-1]), middle, *later], letters, visits
+            )
+        return None
+
+    def _places(self, start: Floats, end: Floats) -> Iterator[Floats]:
+        """Yield places aside in free flight, those by which the straight ways are shortest first."""
+        from refine.corridor.legs import CLEARANCE, bodies_of
+
+        mission, kept = self.plan.mission, spacing_of(self.plan.mission)
+        grow = mission.margin + CLEARANCE
+        low, high = np.array(mission.workspace.min) + grow, np.array(mission.workspace.max) - grow
+        axes = [np.linspace(low[k], high[k], max(1, int((high[k] - low[k]) / _GRID) + 1)) for k in range(2)]
+        grid = np.stack(np.meshgrid(*axes, [start[2]], indexing="ij"), axis=-1).reshape(-1, 3)
+        bodies, free = bodies_of(mission, self.name, CLEARANCE), np.ones(len(grid), dtype=bool)
+        for body in (*bodies.regions.values(), *bodies.rings.values(), *bodies.solids):
+            free &= body.signed_distance(grid) > 0.0
+        for other, robot in self.plan.robots.items():
+            if other != self.name:
+                free &= _apart(grid, _way(robot), kept.z_scale) >= kept.distance + _ASIDE
+        places = grid[free]
+        lengths = np.linalg.norm(places - start, axis=1) + np.linalg.norm(places - end, axis=1)
+        yield from places[np.argsort(lengths.round(6), kind="stable")[:_LOOKED_AT]]
+
+    def _leg(self, start: Floats, end: Floats) -> tuple[Floats, tuple[Letter, ...]] | None:
+        """Return a way, and the regions in which it is; None where there is none, or that is not clear."""
+        one, other = (self._layout.at(_point(point)) for point in (start, end))
+        way = self._space.way(start, end, frozenset(one.inside) | frozenset(other.inside))
+        letters = None if way is None else self._layout.along(one, way, other)
+        return None if way is None or letters is None else (way, letters)
+
+    def _flying(self, points: Sequence[Waypoint], letters: Sequence[Letter], visits: Sequence[Visit]) -> RobotPlan:
+        """Return its plan by other points, at the nominal speed."""
+        places, speed = np.array([each.position for each in points]), self.plan.mission.seen_by(self.name).planner.speed
+        times = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(places, axis=0), axis=1))]) / speed
+        changed = self.own.model_copy(
+            update={
+                "waypoints": tuple(points),
+                "times": tuple(times.tolist()),
+                "word": Word(tuple(letters)),
+                "visits": tuple(visits),
+            }
+        )
+        return changed.model_copy(update={"cost": plan_cost(changed, cost_of(self.plan.mission, self.name))})
+
+
+def _with(plan: Plan, name: str, robot: RobotPlan) -> Plan:
+    robots = {**plan.robots, name: robot}
+    cost = team_cost(plan.mission, [each.cost for each in robots.values()])
+    return plan.model_copy(update={"robots": robots, "cost": cost, "complete": False})
+
+
+def _reached(letters: Sequence[Letter], regions: frozenset[str], visits: int) -> int | None:
+    """Return the index of the last letter before so many visits and one more are begun; None where there are no more."""
+    entered, before = 0, frozenset[str]()
+    for index, letter in enumerate(letters):
+        entered += len((letter & regions) - before)
+        before = letter & regions
+        if entered > visits:
+            return index - 1
+    return None
+
+
+def _vias(points: Floats) -> list[Waypoint]:
+    return [Waypoint(position=_point(point), role="via") for point in points]
+
+
+def _point(at: Floats) -> tuple[float, float, float]:
+    x, y, z = at.tolist()
+    return (x, y, z)
+
+
+def _way(robot: RobotPlan) -> Floats:
+    """Return points on a robot's straight legs. Shape (n, 3)."""
+    return _dense(np.array([each.position for each in robot.waypoints], dtype=float))
+
+
+def _dense(points: Floats) -> Floats:
+    lines = [
+        a + np.linspace(0.0, 1.0, int(np.linalg.norm(b - a) / _STEP) + 2)[:, None] * (b - a)
+        for a, b in itertools.pairwise(points)
+    ]
+    return np.concatenate([*lines, points[-1:]])
+
+
+def _apart(places: Floats, way: Floats, z_scale: float) -> Floats:
+    """Return how far places are from a way, as it counts, m. Shape (n, 3) to (n,)."""
+    scale = np.array([1.0, 1.0, z_scale])
+    return np.linalg.norm((places[:, None] - way[None]) * scale, axis=2).min(axis=1)
