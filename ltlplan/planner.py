@@ -9,13 +9,14 @@ shares only plain data with the checker; whether the plan keeps its word is chec
 from __future__ import annotations
 
 from collections.abc import Mapping
+from copy import deepcopy
 from functools import partial
 from numbers import Real
 from typing import TYPE_CHECKING, SupportsIndex
 
 import numpy as np
 
-from ltlplan.allocation import Allocation, Context, Known, Leg, PlanningMethod
+from ltlplan.allocation import Allocation, Context, Itinerary, Known, Leg, PlanningMethod
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget
 from ltlplan.systems.objective import is_counted_by_legs, objective_text
 from ltlplan.systems.touching_points import is_large, words_touch
@@ -72,7 +73,7 @@ def make_plan(
             raise BadInput("A sequence of passages leaves a planning method nothing to choose; leave one of the two out.")
         say("laying the path through the sequence of hoops", 0.2)
         laid = nominal_sequence(mission)
-        return plan_of(mission, laid, _improved(mission, laid.paths or {}, rng, say, workers), method=SEQUENCE)
+        return plan_of(mission, laid, _improved(mission, laid, rng, say, workers), method=SEQUENCE)
     known = known or Known()
     planned = partial(plan_of, budget=known.budget)
     named = mission.planner.method if method is None else method
@@ -100,6 +101,7 @@ def make_plan(
         return planned(mission, first, first.paths, method=name)
     from ltlplan.paths.nominal import lay_path, nominal_paths
     from ltlplan.paths.team_laps import lay_laps
+    from ltlplan.paths.unnamed_regions import finished
 
     laps = mission.spec.trace == "infinite" and len(mission.agents) > 1
     lay = lay_laps if laps else lay_path
@@ -111,9 +113,12 @@ def make_plan(
     if waits and len(mission.agents) > 1 and not mission.hoops:
         from ltlplan.paths.improvement import without_swings
 
-        steady = {robot: without_swings(mission, robot, path) for robot, path in paths.items()}
+        steady = {
+            robot: finished(mission, robot, does, paths[robot], lambda few, path, robot=robot: without_swings(few, robot, path))
+            for robot, does in laid.robots.items()
+        }
         return planned(mission, laid, steady, method=name)  # refinement gives each robot places of its own
-    return planned(mission, laid, _improved(mission, paths, rng, say, workers), method=name)
+    return planned(mission, laid, _improved(mission, laid, rng, say, workers), method=name)
 
 
 def plan_of(
@@ -229,8 +234,9 @@ def _with_planner(mission: Mission, **update: object) -> Mission:
 
 
 def generators(mission: Mission, rng: np.random.Generator) -> dict[str, np.random.Generator]:
-    """Return a generator of its own for each robot, so that one robot's draws do not depend on the others' paths."""
-    return dict(zip(mission.agents, rng.spawn(len(mission.agents)), strict=True))
+    """Return a generator for each robot: of the same draws, whatever it is called, wherever it is listed, and whatever others draw."""
+    (first,) = rng.spawn(1)
+    return {name: deepcopy(first) for name in mission.agents}
 
 
 def _checked(found: object, mission: Mission, method: str) -> Allocation:
@@ -247,38 +253,44 @@ def _checked(found: object, mission: Mission, method: str) -> Allocation:
     return found
 
 
-def _improved(
-    mission: Mission, paths: Mapping[str, RobotPlan], rng: np.random.Generator, say: Progress, workers: Workers | None
-) -> dict[str, RobotPlan]:
-    """Improve each robot's path by cross-entropy, with draws of its own: side by side or not, they come to the same."""
-    from ltlplan.paths.improvement import improved_path
+_Part = list[tuple[str, Itinerary, RobotPlan, np.random.Generator]]
+"""Robots with what they do, their nominal paths and their draws."""
 
-    own = generators(mission, rng)
+
+def _improved(
+    mission: Mission, laid: Allocation, rng: np.random.Generator, say: Progress, workers: Workers | None
+) -> dict[str, RobotPlan]:
+    """Improve each robot's path by cross-entropy: side by side or not, they come to the same."""
+    paths, own = laid.paths or {}, generators(mission, rng)
+    part: _Part = [(name, laid.robots[name], path, own[name]) for name, path in paths.items()]
     if workers is not None and workers.count > 1 and len(paths) > 1:
         from flight.processes import shared
 
-        names = list(paths)
-        chunks = [names[k :: min(_CHUNKS * workers.count, len(names))] for k in range(min(_CHUNKS * workers.count, len(names)))]
-        parts = [[(name, paths[name], own[name]) for name in chunk] for chunk in chunks]
+        count = min(_CHUNKS * workers.count, len(part))
+        parts = [part[k::count] for k in range(count)]
         sentence = f"optimising the paths of {len(paths)} robots by cross-entropy"
         found = shared(_improve, mission, parts, workers=workers, progress=lambda share: say(sentence, 0.3 + 0.7 * share))
         better = {name: path for part in found for name, path in part}
         return {name: better[name] for name in paths}
     improved: dict[str, RobotPlan] = {}
-    for index, (name, draws) in enumerate(own.items()):
+    for index, (name, does, path, draws) in enumerate(part):
         say(f"optimising the path of {name} by cross-entropy", 0.3 + 0.7 * index / len(paths))
-        improved[name] = improved_path(mission, name, paths[name], lambda own=draws: own).plan
+        improved[name] = _better(mission, name, does, path, draws)
     return improved
 
 
-def _improve(
-    mission: Mission, part: list[tuple[str, RobotPlan, np.random.Generator]], report: Progress
-) -> list[tuple[str, RobotPlan]]:
+def _improve(mission: Mission, part: _Part, report: Progress) -> list[tuple[str, RobotPlan]]:
     """Improve some robots' paths; called in a process."""
-    from ltlplan.paths.improvement import improved_path
-
     done: list[tuple[str, RobotPlan]] = []
-    for index, (name, path, draws) in enumerate(part):
+    for index, (name, does, path, draws) in enumerate(part):
         report("improving", index / len(part))
-        done.append((name, improved_path(mission, name, path, lambda own=draws: own).plan))
+        done.append((name, _better(mission, name, does, path, draws)))
     return done
+
+
+def _better(mission: Mission, robot: str, does: Itinerary, nominal: RobotPlan, draws: np.random.Generator) -> RobotPlan:
+    """Improve one robot's path."""
+    from ltlplan.paths.improvement import improved_path
+    from ltlplan.paths.unnamed_regions import finished
+
+    return finished(mission, robot, does, nominal, lambda few, path: improved_path(few, robot, path, lambda: draws).plan)

@@ -1,16 +1,18 @@
-"""Costs of robots' paths by cross-entropy, each path optimised once, with draws of its own."""
+"""Costs of robots' paths by cross-entropy, each path optimised once, all with the same draws."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Hashable
 
+import numpy as np
+
 from ltlplan.allocation import Itinerary
 from ltlplan.paths.costs import cost_of
 from ltlplan.paths.cross_entropy.cross_entropy import Improvement
 from ltlplan.paths.flight_times import require_endurance
 from ltlplan.paths.hoops import route_itinerary
-from ltlplan.paths.improvement import improved_path, own_draws, searched_cost, with_ramped_times
+from ltlplan.paths.improvement import improved_path, searched_cost, with_ramped_times
 from verify.data import Infeasible, Mission, RobotPlan
 
 
@@ -44,7 +46,7 @@ class PricedPaths:
             try:
                 nominal = with_ramped_times(route_itinerary(self._mission, robot, what), cost_of(self._mission, robot))
                 require_endurance(self._mission, robot, nominal)
-                cost = searched_cost(self._mission, robot, nominal, own_draws(self._seed, robot, what.word))
+                cost = searched_cost(self._mission, robot, nominal, np.random.default_rng(self._seed))
             except Infeasible:
                 return math.inf
             self.tried[robot, key] = nominal, cost
@@ -58,4 +60,4 @@ class PricedPaths:
             does: What it does.
         """
         nominal = route_itinerary(self._mission, robot, does)
-        return improved_path(self._mission, robot, nominal, lambda: own_draws(self._seed, robot, does.word))
+        return improved_path(self._mission, robot, nominal, lambda: np.random.default_rng(self._seed))

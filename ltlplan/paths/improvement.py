@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import zlib
 from collections.abc import Callable
 from dataclasses import replace
 from operator import attrgetter, itemgetter
@@ -22,7 +21,7 @@ from ltlplan.paths.final_hover import until_hover
 from ltlplan.paths.flight_times import lasts_too_long
 from ltlplan.paths.path_result import candidate_plans, has_room_for_waits, keeps
 from ltlplan.paths.sampling.path_problem import path_problem
-from verify.data import Mission, RobotPlan, Waypoint, Word
+from verify.data import Mission, RobotPlan, Waypoint
 
 RAMPS = (0.5, 1.0)
 """s more on the first and on the last segment that are tried."""
@@ -106,17 +105,6 @@ def searched_cost(mission: Mission, robot: str, nominal: RobotPlan, rng: Generat
     problem = path_problem(mission, nominal, function)
     search, *others = searches(problem, options_of(mission))
     return min(known, minimise(problem.costs, search, rng=rng, others=others)[0].best_cost)
-
-
-def own_draws(seed: int, robot: str, word: Word) -> Generator:
-    """Return a source of draws that depends on nothing but a seed, a robot and what it shows.
-
-    Args:
-        seed: Of the whole plan.
-        robot: Its name.
-        word: Its letters.
-    """
-    return np.random.default_rng([seed, zlib.crc32(f"{robot} {word}".encode())])
 
 
 def with_ramped_times(plan: RobotPlan, cost: WeightedCost) -> RobotPlan:

@@ -27,10 +27,10 @@ from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
 from ltlplan.logic.signed_parts import signed_parts
 from ltlplan.paths.costs import Sampling, WeightedCost, cost_by_legs, cost_of, evaluate, plan_cost, team_cost
 from ltlplan.paths.hoops.sequencer import metres_of_laps
-from ltlplan.paths.improvement import RAMPS, improved_path, own_draws, with_ramped_times
-from ltlplan.paths.nominal import lay_path
+from ltlplan.paths.improvement import RAMPS, improved_path, with_ramped_times
 from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
 from ltlplan.paths.team_laps import lay_laps
+from ltlplan.paths.unnamed_regions import finished, lay_beside
 from ltlplan.search.exact import assign, shutting
 from ltlplan.search.exact import exact as exact_by_legs
 from ltlplan.search.lawler import Partition
@@ -301,7 +301,7 @@ class _Prices:
     @memoized
     def _price(self, name: str, does: Itinerary) -> float:
         try:
-            path, _ = (lay_laps if self._laps else lay_path)(self._mission, name, does)
+            path, _ = (lay_laps if self._laps else lay_beside)(self._mission, name, does)
         except Infeasible:
             return math.inf
         if self._counted > 1:
@@ -314,8 +314,9 @@ class _Prices:
 
     @memoized
     def improved(self, name: str, does: Itinerary, seed: int) -> RobotPlan:
-        """Return what cross-entropy makes of a path that was laid, by draws that depend on nothing but seed, robot and word."""
-        return improved_path(self._mission, name, self._paths[name, does], lambda: own_draws(seed, name, does.word)).plan
+        """Return what cross-entropy makes of a path that was laid, by draws that depend on nothing but the seed."""
+        draws, laid = partial(np.random.default_rng, seed), self._paths[name, does]
+        return finished(self._mission, name, does, laid, lambda few, path: improved_path(few, name, path, draws).plan)
 
 
 def _key(found: Allocation) -> tuple[object, ...]:

@@ -6,6 +6,7 @@ from ltlplan.allocation import Itinerary
 from ltlplan.paths.final_hover import then_hovering
 from ltlplan.paths.improvement import without_swings
 from ltlplan.paths.nominal import lay_path
+from ltlplan.paths.unnamed_regions import finished
 from refine.lap_missions import before_laps, one_lap, rest_after
 from verify.data import Mission, RobotPlan, Visit, Word
 
@@ -26,16 +27,21 @@ def lay_laps(mission: Mission, name: str, does: Itinerary) -> tuple[RobotPlan, t
     stays = begins == len(does.visits)
     reached = Word((*word.prefix, *cycle) if stays else word.prefix)
     before = before_laps(mission)
-    once, notes = lay_path(before, name, Itinerary(does.visits[:begins], reached))
-    once = without_swings(before, name, once)
+    once, notes = _steady(before, name, Itinerary(does.visits[:begins], reached))
     if stays:
         return then_hovering(once).model_copy(update={"word": word}), notes
     rest = rest_after(mission, name, then_hovering(once))
     here = sorted(reached.letters[-1] & mission.all_regions.keys())
     visits = (*(Visit(region=region) for region in here), *does.visits[begins:])
     again = one_lap(mission, {name: rest})
-    lap, more = lay_path(again, name, Itinerary(visits, Word((reached.letters[-1], *cycle))))
-    return _joined(mission, once, without_swings(again, name, lap), len(here), word), (*notes, *more)
+    lap, more = _steady(again, name, Itinerary(visits, Word((reached.letters[-1], *cycle))))
+    return _joined(mission, once, lap, len(here), word), (*notes, *more)
+
+
+def _steady(mission: Mission, name: str, does: Itinerary) -> tuple[RobotPlan, tuple[str, ...]]:
+    """Lay a path that does not swing."""
+    path, notes = lay_path(mission, name, does)
+    return finished(mission, name, does, path, lambda few, laid: without_swings(few, name, laid)), notes
 
 
 def _joined(mission: Mission, once: RobotPlan, lap: RobotPlan, begun: int, word: Word) -> RobotPlan:

@@ -34,6 +34,7 @@ from ltlplan.mtac.many_tasks import MANY
 from ltlplan.paths.costs import team_cost
 from ltlplan.paths.improvement import without_swings
 from ltlplan.paths.nominal import lay_path
+from ltlplan.paths.unnamed_regions import finished
 from ltlplan.search.counting.capacities import small_rooms
 from ltlplan.search.counting.counted_plans import CountedPlan, has_room, may_crowd
 from ltlplan.search.counting.counting_propositions import Marks
@@ -157,7 +158,8 @@ class _Counted:
             path, _ = lay_path(self.mission, name, does)
         except Infeasible:
             return math.inf
-        return without_swings(self.mission, name, path).cost  # as flown: nobody bends his into where another one waits
+        steady = finished(self.mission, name, does, path, lambda few, laid: without_swings(few, name, laid))
+        return steady.cost  # as flown: nobody bends his into where another one waits
 
     @cached_property
     def _at_least(self) -> float:

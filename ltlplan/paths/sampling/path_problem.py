@@ -1,7 +1,8 @@
 """One robot's nominal path as a search problem: points of the path as candidates, sampled paths, what counts, what it costs.
 
 The candidates are the positions of n points, equidistant along the nominal path; start and end stay, and a lasso's closing
-point moves with the point where its cycle begins. A candidate's path is the spline of least snap through them at
+point moves with the point where its cycle begins. Their axes point back from where the path first leads, so that of a mission and of
+its mirror image the same candidates are drawn. A candidate's path is the spline of least snap through them at
 the nominal path's own times there, stretched so that its mean speed is the nominal one.
 
 A `WordFilter` says which of many sampled paths keep the planned word: a filter for the search, never a claim. A path counts when the word that its samples show is the planned one, with every region shrunk by the margin and with
@@ -17,6 +18,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -32,6 +34,7 @@ _SPACING = 0.35  # m between points, about
 _POINTS = 20
 _HEIGHTS = (0.5, 0.35, 0.25, 0.15, 0.1)  # m by which a leg is raised or lowered, the first at which its path counts
 _BLOCK = 250  # paths sampled and costed at a time, so that the arrays stay in the cache
+_ASIDE = 0.01  # m from its start along an axis, from where on a path has a side
 _MOST_POINTS = 120  # more than that, and a covariance is too large to be worth its time
 _CHUNK = 32768  # samples looked at together, so that the arrays stay in the cache
 
@@ -177,10 +180,17 @@ class PathProblem:
     slack: float
     visits: Floats
 
+    @cached_property
+    def facing(self) -> Floats:
+        """Of each axis of candidates, whether it points along the mission's or against it: back from where the path first leads; up in z. Shape (3,)."""
+        aside = self.nominal - self.nominal[0]
+        first = np.argmax(np.abs(aside) > _ASIDE, axis=0)
+        return np.where((aside[first, np.arange(3)] > _ASIDE) & (np.arange(3) < 2), -1.0, 1.0)
+
     @property
     def mean(self) -> Floats:
         """The nominal path as a candidate. Shape (3 n,)."""
-        return self.nominal[self.free].ravel()
+        return (self.nominal[self.free] * self.facing).ravel()
 
     def starts(self) -> tuple[Floats, ...]:
         """Return candidates at which several populations may begin: the nominal path, and it raised and lowered between visits.
@@ -227,7 +237,7 @@ class PathProblem:
     def points(self, candidates: Floats) -> Floats:
         """Return all points of each candidate's path. Shape (samples, 3 n) to (samples, points, 3)."""
         result = np.repeat(self.nominal[None], len(candidates), axis=0)
-        result[:, self.free] = candidates.reshape(len(candidates), -1, 3)
+        result[:, self.free] = candidates.reshape(len(candidates), -1, 3) * self.facing
         if self.spline.cycle is not None:
             result[:, -1] = result[:, self.spline.cycle]
         return result

@@ -15,7 +15,7 @@ import ltlplan
 from ltlplan.allocation import Context, Itinerary
 from ltlplan.paths import k_best_words
 from ltlplan.paths.costs import team_cost
-from ltlplan.paths.improvement import improved_path, own_draws
+from ltlplan.paths.improvement import improved_path
 from ltlplan.paths.nominal import lay_path
 from ltlplan.report.summary import plan_lines
 from ltlplan.search.exact import assign
@@ -100,8 +100,8 @@ def test_other_terms_are_minimised_among_all_ways_to_share(first: str, second: s
 
     def cost(robot: str, regions: tuple[str, ...]) -> float:
         visits = tuple(Visit(region=region) for region in regions)
-        nominal, _ = lay_path(mission, robot, Itinerary(visits, word := word_of(mission, robot, visits)))
-        return improved_path(mission, robot, nominal, lambda: own_draws(seed, robot, word)).plan.cost
+        nominal, _ = lay_path(mission, robot, Itinerary(visits, word_of(mission, robot, visits)))
+        return improved_path(mission, robot, nominal, lambda: np.random.default_rng(seed)).plan.cost
 
     costs = {own: cost(*own) for shared in everything(mission) for own in shared.items()}
     assert made.cost <= min(team_cost(mission, [costs[own] for own in shared.items()]) for shared in everything(mission)) * 1.01
