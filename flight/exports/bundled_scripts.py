@@ -111,6 +111,7 @@ def about(request: Request, accuracy: float, robots: Mapping[str, Mapping[str, A
         "lasts": duration + max(0.0, float(height)) * (climb + 1.0 / LANDING_SPEED) + _BESIDE,
         "robots": rows,
         "start": None if mission.disturbance is None else mission.disturbance.start,
+        "rest": {} if mission.disturbance is None else mission.disturbance.measured_rest,
         **watched,
         "braking": _shares(),
         "limits": {

@@ -35,7 +35,8 @@ class FramedLink(WrappedLink):
             return None
         x, y, z = self.frame.to_mission(pose.position).tolist()
         turn = math.radians(self.frame.rotation_deg)
-        return Pose(pose.time, (x, y, z), None if pose.heading is None else math.remainder(pose.heading - turn, math.tau))
+        looks = None if pose.heading is None else math.remainder(pose.heading - turn, math.tau)
+        return Pose(pose.time, (x, y, z), looks, pose.unrest)
 
     def upload(self, robot: str, number: int, path: Trajectory) -> None:
         """Store a flight of the mission's frame on board.

@@ -180,7 +180,7 @@ class Flying:
         until = self.link.now() + PATIENCE
         while failed := [check for check in at_start(self.link, part) if not check.passed]:
             if self.link.now() >= until or any(
-                check.name not in ("place", "heading") or check.passed is None for check in failed
+                check.name not in ("place", "heading", "rest") or check.passed is None for check in failed
             ):
                 raise Alarm("; ".join(refusals(failed, ())))
             wait(STEP)

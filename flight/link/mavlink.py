@@ -351,7 +351,7 @@ class MavlinkLink:
         vehicle.says.take(message, now)
         if message.get_type() == "LOCAL_POSITION_NED":
             x, y, z = (self._origin + np.array([message.y, message.x, -message.z])).tolist()
-            vehicle.poses.append(Pose(now, (x, y, z), vehicle.says.heading))
+            vehicle.poses.append(Pose(now, (x, y, z), vehicle.says.heading, dict(vehicle.says.unrest)))
 
     def _send(self) -> None:
         """Send each robot in offboard flight, or on its way there, the set-point of this instant."""

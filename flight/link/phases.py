@@ -41,6 +41,7 @@ class Part:
         stored: Which of what the stage has stored it is.
         pauses: Whether the team hovers behind it until another part begins.
         start: m from its beginning at which the proof of tracking lets robots begin; None where nothing is proved.
+        rest: How far from rest it lets them, and what a measurement may be off, by name.
     """
 
     name: str
@@ -50,6 +51,7 @@ class Part:
     stored: int = 0
     pauses: bool = False
     start: float | None = None
+    rest: Mapping[str, tuple[float, float]] = field(default_factory=dict[str, tuple[float, float]])
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -123,6 +125,12 @@ class Stage:
         disturbance = self.plan.mission.disturbance
         return None if disturbance is None else disturbance.start
 
+    @property
+    def rest(self) -> Mapping[str, tuple[float, float]]:
+        """Bounds on how far from rest it lets them, and what a measurement may be off, by name."""
+        disturbance = self.plan.mission.disturbance
+        return {} if disturbance is None else disturbance.measured_rest
+
     @cached_property
     def claimed(self) -> dict[str, Trajectory]:
         """Flights that the certificate is about: cycles repeated."""
@@ -155,7 +163,7 @@ class Stage:
         cut = next((path for path in self.team.values() if path.cuts), None)
         if cut is None:
             claimed = max(path.duration for path in self.claimed.values())
-            return (Part(self.name, self.paths, self.margin, claimed, start=self.start),)
+            return (Part(self.name, self.paths, self.margin, claimed, start=self.start, rest=self.rest),)
         order = cut.flown_parts(self.plan.mission.spec.repeat)
         durations = [max(path.duration for path in paths.values()) for paths in self.stored]
         return tuple(

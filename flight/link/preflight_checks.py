@@ -106,4 +106,6 @@ def _asked(robot: str, stage: Stage | Part, lasts: float) -> Asked:
     """Return what a stage asks of a robot that begins it; all is to take so many s."""
     rows = {name: path.evaluate(0.0).tolist() for name, path in stage.paths.items()}
     places: dict[str, Place] = {name: (row[0], row[1], row[2]) for name, row in rows.items()}
-    return Asked(places, f"where the {stage.name} begins", rows[robot][3], stage.margin, lasts, start=stage.start)
+    return Asked(
+        places, f"where the {stage.name} begins", rows[robot][3], stage.margin, lasts, start=stage.start, rest=stage.rest
+    )

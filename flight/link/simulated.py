@@ -253,12 +253,16 @@ class SimulatedLink:
         if self.faults.lost is not None and self._time >= self.faults.lost:
             return
         seen = entry.position if entry.measured is None else entry.measured
-        heading = euler(entry.attitude)[2]
+        roll, pitch, heading = euler(entry.attitude)
+        tilt = np.arccos(np.clip(np.cos(roll) * np.cos(pitch), -1.0, 1.0))
+        unrest = {"speed": np.linalg.norm(entry.velocity, axis=0), "tilt": tilt, "turn": np.linalg.norm(entry.rates, axis=0)}
         for index, name in enumerate(self.robots):
             x, y, z = seen[:, index].tolist()
             when, off = self.faults.pushed.get(name, (np.inf, 0.0))
             if x == x and self._time < self.faults.unseen.get(name, np.inf):  # NaN where it was not seen
-                self._poses[name] = Pose(self._time, (x + (off if self._time >= when else 0.0), y, z), float(heading[index]))
+                place = (x + (off if self._time >= when else 0.0), y, z)
+                still = {what: float(values[index]) for what, values in unrest.items()}
+                self._poses[name] = Pose(self._time, place, float(heading[index]), still)
 
     def _act_alone(self, name: str, commander: Commander) -> None:
         """Do what is done on board where the link is silent: brake, hover, land, stop."""

@@ -146,6 +146,13 @@ class Disturbance(Value):
         _require_range("latency", self.latency)
         return self
 
+    @property
+    def measured_rest(self) -> dict[str, tuple[float, float]]:
+        """Bounds on how far from rest a flight may begin, and what a measurement of that may be off; of what is stated and can be measured."""
+        rest = self.rest or Unrest()
+        errors = {"speed": self.velocity, "tilt": self.attitude, "turn": self.gyroscope, "heading": self.attitude}
+        return {name: (most, error) for name, error in errors.items() if (most := getattr(rest, name))}
+
     def scaled(self, share: float) -> Disturbance:
         """Return disturbances that are a share of these; the latency's least end, the battery and the airframe stay.
 

@@ -313,8 +313,9 @@ class CrazyflieLink:
         now = self.now()
         for name, body in bodies.items():
             if name in self._vehicles:
-                heading = float(euler(np.roll(body.attitude, 1)[:, None])[2, 0])
-                self._vehicles[name].pose = Pose(now, body.position, heading)
+                roll, pitch, heading = euler(np.roll(body.attitude, 1)[:, None])[:, 0].tolist()
+                tilt = math.acos(max(-1.0, min(1.0, math.cos(roll) * math.cos(pitch))))
+                self._vehicles[name].pose = Pose(now, body.position, heading, {"tilt": tilt})
                 self._vehicles[name].show(body.position, body.attitude)
 
     def _bring(self, robot: str, number: int, sleep: Callable[[float], None]) -> None:

@@ -26,11 +26,13 @@ class Pose:
         time: s of the link's or the script's clock.
         position: x, y, z in m.
         heading: rad; None where it is not measured.
+        unrest: Its `speed`, m/s, `tilt`, rad, and `turn`, rad/s, as far as they are reported.
     """
 
     time: float
     position: Place
     heading: float | None
+    unrest: Mapping[str, float] = field(default_factory=dict[str, float])
 
 
 @dataclass(frozen=True)
@@ -83,6 +85,7 @@ class Asked:
         lasts: s that all is to take.
         above: Whether heights do not matter.
         start: m from there at which the proof of tracking lets robots begin; None where nothing is proved.
+        rest: How far from rest it lets them begin, and what a measurement of that may be off, by `speed`, `tilt`, `turn` and `heading`.
     """
 
     places: Mapping[str, Place]
@@ -92,6 +95,7 @@ class Asked:
     lasts: float
     above: bool = False
     start: float | None = None
+    rest: Mapping[str, Sequence[float]] = field(default_factory=dict[str, Sequence[float]])
 
     def allowed(self, limits: Mapping[str, float]) -> float:
         """Return how far from its place a robot may be measured: a share of the margin, and no more than the proof lets it be.

@@ -75,7 +75,7 @@ class Vehicle:
             if kind == "HEARTBEAT" and message.autopilot == PX4:
                 self.autopilot = PX4
             elif kind == "LOCAL_POSITION_NED":
-                self.poses.append(Pose(now, self.in_laboratory(message), self.says.heading))
+                self.poses.append(Pose(now, self.in_laboratory(message), self.says.heading, dict(self.says.unrest)))
                 self.worst = max(self.worst, self.off())
                 if seen is not None:
                     seen(self, self.poses[-1])

@@ -56,6 +56,7 @@ class Reports:
         armed: Whether it is armed.
         charge: Share of its battery.
         heading: rad, against the clock from x of the laboratory, whose y is north.
+        unrest: Its speed, tilt and rates, as poses have them.
         estimator: Flags of ESTIMATOR_STATUS.
         board: Parameters as they were read back.
     """
@@ -65,6 +66,7 @@ class Reports:
     armed: bool = False
     charge: float | None = None
     heading: float | None = None
+    unrest: dict[str, float] = field(default_factory=dict[str, float])
     estimator: int | None = None
     board: dict[str, float] = field(default_factory=dict[str, float])
     _landed: int = 0
@@ -83,6 +85,10 @@ class Reports:
             self.armed, self.beats = bool(message.base_mode & _ARMED), now
         elif kind == "ATTITUDE":
             self.heading = math.remainder(math.pi / 2 - message.yaw, math.tau)
+            self.unrest["tilt"] = math.acos(max(-1.0, min(1.0, math.cos(message.roll) * math.cos(message.pitch))))
+            self.unrest["turn"] = math.hypot(message.rollspeed, message.pitchspeed, message.yawspeed)
+        elif kind == "LOCAL_POSITION_NED":
+            self.unrest["speed"] = math.hypot(message.vx, message.vy, message.vz)
         elif kind == "SYS_STATUS":
             self.charge = message.battery_remaining / 100.0 if message.battery_remaining >= 0 else None
             self._checks = message.onboard_control_sensors_present, message.onboard_control_sensors_health

@@ -1,10 +1,12 @@
-"""Starts of flights, for live links and exported scripts: how near robots have to be. Standard library only; copied into exports."""
+"""Starts of flights, for live links and exported scripts: how near robots have to be, and how still. Standard library only; copied into exports."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
 from .checks import Asked, Check, Pose, at_place, heading_of
+
+_UNITS = {"speed": "m/s", "tilt": "rad", "turn": "rad/s"}
 
 
 def margin_fault(margin: float, limits: Mapping[str, float]) -> str:
@@ -40,7 +42,7 @@ def start_fault(start: float | None, where: str, limits: Mapping[str, float]) ->
 
 
 def at_start(robot: str, pose: Pose | None, asked: Asked, limits: Mapping[str, float], now: float) -> list[Check]:
-    """Check whether a robot in flight is seen, where what it flies next begins, and looks as that does, where its heading is measured.
+    """Check whether a robot in flight is seen, where what it flies next begins, looks as that does, and rests, as far as that is measured.
 
     Args:
         robot: Its name.
@@ -51,5 +53,24 @@ def at_start(robot: str, pose: Pose | None, asked: Asked, limits: Mapping[str, f
     """
     if pose is None or now - pose.time > limits["fresh"]:
         return [Check("pose", robot, False, f"{robot} was not seen lately: look at motion capture and the markers")]
-    looks = [] if pose.heading is None else [heading_of(robot, pose.heading, asked.heading, limits)]
-    return [at_place(robot, pose.position, asked, limits), *looks]
+    near = limits
+    if "heading" in asked.rest:
+        most, error = asked.rest["heading"]
+        near = {**limits, "heading": min(limits["heading"], most - error)}
+    looks = [] if pose.heading is None else [heading_of(robot, pose.heading, asked.heading, near)]
+    return [at_place(robot, pose.position, asked, limits), *looks, *_at_rest(robot, pose, asked)]
+
+
+def _at_rest(robot: str, pose: Pose, asked: Asked) -> list[Check]:
+    found: list[Check] = []
+    for name, value in pose.unrest.items():
+        if name in asked.rest:
+            most, error = asked.rest[name]
+            what = f"{robot}'s {name} is {value:.3g} {_UNITS[name]}, and may be {error:.3g} more; the proof of tracking lets it begin at {most:.3g}"
+            passed = value + error <= most
+            found.append(
+                Check(
+                    "rest", robot, passed, what if passed else f"{what}: let it settle, or state a greater `disturbance.rest`"
+                )
+            )
+    return found

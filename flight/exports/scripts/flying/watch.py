@@ -27,6 +27,7 @@ class Team:
         margin: m.
         limits: The numbers that flights are checked and watched by.
         start: m from its start at which the proof of tracking lets a robot begin; None where nothing is proved.
+        rest: How far from rest it lets it, as `Asked` has it.
     """
 
     def __init__(self, data: dict[str, Any]) -> None:
@@ -36,6 +37,7 @@ class Team:
         self.margin: float = data["margin"]
         self.limits: dict[str, float] = data["limits"]
         self.start: float | None = data.get("start")
+        self.rest: dict[str, Sequence[float]] = data.get("rest", {})
         self._beside: dict[str, list[tuple[str, float]]] = {name: [] for name in self.names}
         for one, other, least in data["separation"]:
             self._beside[one].append((other, least))
@@ -76,7 +78,10 @@ class Team:
             now: s.
         """
         ends: dict[str, Place] = {name: (x, y, z) for name, (x, y, z, _) in places.items()}
-        asked = {name: Asked(ends, where, place[3], self.margin, 0.0, start=self.start) for name, place in places.items()}
+        asked = {
+            name: Asked(ends, where, place[3], self.margin, 0.0, start=self.start, rest=self.rest)
+            for name, place in places.items()
+        }
         return [
             check.sentence
             for name, pose in poses.items()
