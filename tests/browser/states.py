@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -88,7 +89,7 @@ def worked_with(folder: Path) -> Generator[Lab]:
 Act = Callable[[Visitor], None]
 
 
-def _press(*names: str) -> Act:
+def _press(*names: str | re.Pattern[str]) -> Act:
     """Return an act that presses buttons, one after another."""
 
     def act(visitor: Visitor) -> None:
@@ -139,7 +140,7 @@ def states(lab: Lab) -> dict[str, tuple[str, Act | None]]:
         "write": ("/", None), **{tab: (f"/{tab}", None) for tab in TABS}, **of_done,
         "a refused job": (f"/jobs/{lab.refused}/plan", None), "what would mend it": (f"/jobs/{lab.refused}/trust", None),
         "a study": (f"/studies/{lab.study}", None), "two results": (f"/jobs/{lab.done}/compare/{lab.other}", None),
-        "all of a difference": (f"/jobs/{lab.done}/compare/{lab.other}", _press("All 6")),
+        "all of a difference": (f"/jobs/{lab.done}/compare/{lab.other}", _press(re.compile(r"All \d+ lines"))),
         "deleting": (f"/jobs/{lab.done}/plan", _press("Delete")), "varying": ("/", _press("Study this mission")),
         "faults": ("/", _faulty), "stored missions": ("/", _stored), "history": ("/", _history),
         "a new token": ("/people", _token),

@@ -6,7 +6,7 @@ They are small Vue components over what NiceGUI brings in its wheel (CodeMirror,
 from __future__ import annotations
 
 from collections.abc import Awaitable, Callable, Iterable, Mapping, Sequence
-from typing import Any, TypeVar
+from typing import Any
 
 import nicegui
 from nicegui import ui
@@ -16,7 +16,6 @@ from nicegui.events import GenericEventArguments
 
 Json = dict[str, Any]  # of any type: JSON nests
 Told = Callable[[str], Awaitable[None]]
-Shown = TypeVar("Shown")
 
 _WHEEL = nicegui.__path__[0] + "/elements"
 
@@ -327,45 +326,6 @@ def link(address: str, content: str, classes: str = "") -> Words:
     return made
 
 
-def folded(parts: Sequence[Shown], draw: Callable[[Sequence[Shown]], object], what: str, most: int = 24) -> None:
-    """Show the first of many parts, with a button that shows all.
-
-    Args:
-        parts: All of them.
-        draw: Makes the elements of some.
-        what: The parts, in the plural.
-        most: How many are shown at first; a few more are shown at once.
-    """
-    if len(parts) <= 1.25 * most:
-        draw(parts)
-        return
-    place = Part(box())
-
-    def turn(whole: bool) -> None:
-        place.show(whole, lambda: draw(parts if whole else parts[:most]))
-        more.set_text(f"Only the first {most} {what}" if whole else f"All {len(parts)} {what}")
-        more.props(f"aria-expanded={'true' if whole else 'false'}")
-
-    more = button("", lambda: turn(more.props["aria-expanded"] == "false"), "quiet")
-    turn(False)
-
-
-def differing(told: str) -> None:
-    """Show a unified diff, what was added and what was removed in colours of their own; of a long one its beginning at first.
-
-    Args:
-        told: The diff; empty where nothing changed.
-    """
-
-    def draw(lines: Sequence[str]) -> None:
-        with box("difference scroll", tag="pre").props('tabindex=0 role=group aria-label="What changed"'):
-            for line in lines:
-                kind = {"+": "added", "-": "removed", "@": "soft"}.get(line[:1], "")
-                Words("span", line + "\n", kind)
-
-    folded(told.splitlines()[2:] or ["nothing changed"], draw, "lines")
-
-
 def progress_bar(share: float) -> Element:
     """Return a bar of work that is going on.
 
@@ -382,6 +342,20 @@ def running_clock(seconds: float) -> Words:
         seconds: How long at this moment.
     """
     return Words("span", "").props(f"data-ran={max(seconds, 0):.1f}")
+
+
+async def confirm_deletion(question: str) -> bool:
+    """Ask before something is deleted, and return whether it is.
+
+    Args:
+        question: What would be gone.
+    """
+    with ui.dialog() as dialog, box("dialog"):
+        Words("p", question)
+        with box("row"):
+            button("Delete it", lambda: dialog.submit(True), "danger")
+            button("Keep it", lambda: dialog.submit(False))
+    return bool(await dialog)
 
 
 def say(problem: Exception | str, *, good: bool = False) -> None:

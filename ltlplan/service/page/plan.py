@@ -13,6 +13,7 @@ from ltlplan.service.page.elements import (
     Words,
     box,
     button,
+    confirm_deletion,
     named_field,
     progress_bar,
     running_clock,
@@ -217,12 +218,7 @@ class _Planning:
             say("The search ends with the best plan so far, which is refined and certified.", good=True)
 
     async def _delete(self, job: Job) -> None:
-        with ui.dialog() as dialog, box("dialog"):
-            Words("p", f"Delete the job of {job.mission}{_KEPT if self.desk.user is not None else _GONE}")
-            with box("row"):
-                button("Delete it", lambda: dialog.submit(True), "danger")
-                button("Keep it", lambda: dialog.submit(False))
-        if not await dialog:
+        if not await confirm_deletion(f"Delete the job of {job.mission}{_KEPT if self.desk.user is not None else _GONE}"):
             return
         await self.desk.jobs.delete(job.id)
         self.desk.close_job()

@@ -13,18 +13,18 @@ export default {
   template: `
 <div class="live" :data-ready="picture ? 'yes' : 'no'" :class="{ quiet: quiet && !replayed && !(frame && frame.over) }">
   <p class="line-state" role="status" :class="{ bad: quiet && frame && !frame.over && !replayed }">{{ lineState }}</p>
-  <div class="player" v-if="replayed">
-    <button type="button" class="play" @click="toggle">{{ running ? "Pause" : "Play" }}</button>
-    <input class="clock" type="range" min="0" :max="replayed.frames.length - 1" step="1" :value="at" aria-label="Time of the replay" :aria-valuetext="clock" @input="seek(Number($event.target.value))">
-    <output class="time">{{ clock }}</output>
-    <label>speed <select v-model.number="speed" aria-label="Speed"><option v-for="s in [0.5, 1, 2, 5]" :value="s">{{ s }}x</option></select></label>
-  </div>
-  <div class="theatre" v-show="picture || (flight && !replay)">
+  <div class="theatre" v-show="picture || flight">
     <div class="stage3d">
       <div class="live-scenes">
         <figure><div class="holder" ref="holder" role="group" :aria-label="'Scene of ' + name"></div><figcaption>Scene</figcaption></figure>
         <figure><div class="holder" ref="above" role="group" :aria-label="name + ' from above'"></div>
           <figcaption>From above{{ drags ? "; drag a region or an obstacle to move it" : "" }}</figcaption></figure>
+      </div>
+      <div class="player" v-if="replayed">
+        <button type="button" class="play" @click="toggle">{{ running ? "Pause" : "Play" }}</button>
+        <input class="clock" type="range" min="0" :max="replayed.frames.length - 1" step="1" :value="at" aria-label="Time of the replay" :aria-valuetext="clock" @input="seek(Number($event.target.value))">
+        <output class="time">{{ clock }}</output>
+        <label>speed <select v-model.number="speed" aria-label="Speed"><option v-for="s in [0.5, 1, 2, 5]" :value="s">{{ s }}x</option></select></label>
       </div>
       <p class="ring-words">{{ ringWords }}</p>
       <div class="row"><label>camera follows <select v-model="followed" class="follow"><option value="">nobody</option><option v-for="robot in robots" :value="robot.name">{{ robot.name }}</option></select></label>

@@ -8,7 +8,8 @@ from ltlplan.report.summary import TINY
 from ltlplan.service.figures import claim_pairs
 from ltlplan.service.page.comparison.flight_pair import PairOfFlights
 from ltlplan.service.page.comparison.studies import STATES, cells
-from ltlplan.service.page.elements import Part, Words, box, button, choice, differing, folded, table
+from ltlplan.service.page.elements import Part, Words, box, button, choice, table
+from ltlplan.service.page.folding import differing, folded
 from ltlplan.service.page.next_steps import next_steps
 from verify.data import LtlplanError
 

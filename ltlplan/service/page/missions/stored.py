@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
-from ltlplan.service.page.elements import Part, Words, box, button, differing, named_field, say, search_field
+from ltlplan.service.page.elements import Part, Words, box, button, confirm_deletion, named_field, say, search_field
+from ltlplan.service.page.folding import differing
 from ltlplan.service.page.next_steps import focus, nothing_found, offered_steps
 from ltlplan.service.people.roles import Action
 from ltlplan.service.problems import Conflict
@@ -148,7 +149,7 @@ class Stored:
         with self._place, ui.dialog() as dialog, box("dialog history"):
             Words("h2", mission.name)
             if self._desk.may(Action.PLAN) and (mission.owner == self._desk.principal.user or self._desk.principal.sees_all):
-                self._about(mission)
+                self._about(mission, dialog)
             changes = Part(box("changes"))
             with box("scroll"), box(tag="table"), box(tag="tbody"):
                 for each in versions:
@@ -184,7 +185,7 @@ class Stored:
             if self._desk.may(Action.PLAN):
                 button("Plan", planned, "quiet", label=f"Plan {label}")
 
-    def _about(self, mission: StoredMission) -> None:
+    def _about(self, mission: StoredMission, dialog: ui.dialog) -> None:
         """Show the mission's project and tags, and let them be others."""
 
         async def moved(project: str) -> None:
@@ -196,6 +197,11 @@ class Stored:
             self._set(await asyncio.to_thread(lambda: self._missions.change(who, mission.id, tags=tuple(tags.split()))))
 
         async def deleted() -> None:
+            if not await confirm_deletion(
+                f"Delete {mission.name} with all its {mission.version} versions? This cannot be undone."
+            ):
+                return
+            dialog.close()
             await asyncio.to_thread(self._missions.delete, self._desk.principal, mission.id)
             self._set(None)
             await self.refresh()
@@ -203,7 +209,7 @@ class Stored:
         with box("row"):
             named_field("Project", mission.project, lambda project: self._guarded(moved(project)))
             named_field("Tags", " ".join(mission.tags), lambda tags: self._guarded(tagged(tags)))
-            button("Delete it", lambda: self._guarded(deleted()), "quiet danger")
+            button("Delete", lambda: self._guarded(deleted()), "quiet danger")
 
     async def _plan(self, mission: StoredMission, number: int) -> None:
         job = await self._desk.service.plan_stored(self._desk.principal, mission.id, number)
