@@ -14,17 +14,45 @@ import traceback
 from typing import Any, TextIO
 
 LOGGER = logging.getLogger("ltlplan.service")
+_QUIET = 60.0
 _NOISE = (
     "uvicorn.access",
     "asyncio",
     "websockets",
     "multipart",
     "python_multipart",
-    "engineio",
-    "socketio",
+    "engineio.server",
+    "socketio.server",
     "httpx",
     "watchfiles",
 )
+
+
+class _Repeats(logging.Filter):
+    """Notes an error that is raised at the same place again at most once in `_QUIET` s, with how often it was meanwhile.
+
+    Whoever sends what cannot be read, as often as a line takes it, would fill the disk with tracebacks.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._noted: dict[tuple[str, ...], tuple[float, int]] = {}
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        if not record.exc_info or record.exc_info[0] is None:
+            return True
+        kind, _, trace = record.exc_info
+        place = [f"{frame.f_code.co_filename}:{line}" for frame, line in traceback.walk_tb(trace)][-1:]
+        key = (record.name, kind.__name__, *place)
+        at, left_out = self._noted.get(key, (-_QUIET, 0))
+        now = time.monotonic()
+        if now - at < _QUIET:
+            self._noted[key] = at, left_out + 1
+            return False
+        self._noted[key] = now, 0
+        if left_out:
+            record.said = {**getattr(record, "said", {}), "left_out": left_out}
+        return True
 
 
 class _Json(logging.Formatter):
@@ -85,13 +113,16 @@ def begin_log(stream: TextIO | None = None) -> None:
     """
     stream = stream or sys.stderr
     handler = logging.StreamHandler(stream)
+    handler.addFilter(_Repeats())
     handler.setFormatter(_Plain() if stream is not None and stream.isatty() else _Json())
     root = logging.getLogger()
     root.handlers[:] = [handler]
     root.setLevel(logging.WARNING)
     LOGGER.setLevel(logging.INFO)
     for name in _NOISE:
-        logging.getLogger(name).setLevel(logging.ERROR)
+        logger = logging.getLogger(name)
+        logger.handlers[:] = []  # some bring one of their own
+        logger.setLevel(logging.ERROR)
     for name in ("uvicorn", "uvicorn.error", "dbos"):
         logger = logging.getLogger(name)
         logger.handlers[:] = []

@@ -79,7 +79,7 @@ def test_a_flight_is_seen_and_stopped_from_every_tab(chromium: Any, address: str
     visitor.wait("document.querySelector('.receipts').textContent.includes('one: not confirmed')")
     flying.acknowledged = "land"
     visitor.wait("/one: lands, [0-9]+ ms/.test(document.querySelector('.receipts').textContent)")
-    visitor.page.get_by_role("button", name="Motors off").click()
+    visitor.page.get_by_role("button", name="Motors off").dblclick()
     assert flying.orders.level is Level.LAND, "the second press is asked for"
     visitor.page.get_by_role("button", name="Press again").click()
     assert until(lambda: flying.orders.level is Level.MOTORS, 5.0)

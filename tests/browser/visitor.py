@@ -40,8 +40,11 @@ OPTIONS = [
 def served(data: Path, port: int = 0, words: Sequence[str] = ()) -> Generator[str]:
     """Serve a data folder as a user does, on a free port or a certain one, and yield where that is."""
     command = [sys.executable, "-m", "ltlplan", "serve", "--port", str(port), "--workers", "1", "--data", str(data), *words]
+    own = {
+        name: value for name, value in os.environ.items() if name != "PYTEST_CURRENT_TEST"
+    }  # NiceGUI compresses nothing in tests
     started = subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env={**os.environ, "OMP_NUM_THREADS": "1"}
+        command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env={**own, "OMP_NUM_THREADS": "1"}
     )
     lines: queue.Queue[str] = queue.Queue()
     reader = threading.Thread(target=lambda: [lines.put(line) for line in started.stdout or ()], daemon=True)

@@ -13,10 +13,17 @@ from nicegui import ui
 from nicegui.element import Element
 from nicegui.elements.mixins.text_element import TextElement
 from nicegui.events import GenericEventArguments
+from nicegui.helpers import should_await
 
 Json = dict[str, Any]  # of any type: JSON nests
 Told = Callable[[str], Awaitable[None]]
 
+_HERE = """(event) => {
+  if (event.ctrlKey || event.metaKey || event.shiftKey || event.altKey) return;
+  event.preventDefault();
+  emit();
+}"""
+"""A click that asks for no other tab or window is for this one."""
 _WHEEL = nicegui.__path__[0] + "/elements"
 
 
@@ -105,7 +112,7 @@ class Editor(Element, component="assets/editor.js", esm={"nicegui-codemirror": f
 class World(
     Element,
     component="assets/world.js",
-    dependencies=["assets/ltlplan_scene.js", "../../report/scene_names.js"],
+    dependencies=["assets/ltlplan_scene.js", "assets/scene_shapes.js", "assets/scene_view.js", "../../report/scene_names.js"],
     esm={"nicegui-scene": f"{_WHEEL}/scene/dist"},
 ):
     """A mission's world before anything is planned.
@@ -231,15 +238,49 @@ def button(content: str, act: Callable[[], object], classes: str = "", *, label:
 
     Args:
         content: What stands on it.
-        act: Called on a click; may return something to wait for.
+        act: Called on a click; may return something to wait for, until which further clicks do nothing.
         classes: Of CSS.
         label: What it does, where its words do not say so.
     """
     made = Words("button", content, classes).props("type=button")
     if label is not None:
         made.props["aria-label"] = label  # called, it would read the words as a list of properties
-    made.on("click", lambda _event: act())
+    made.on("click", one_at_a_time(lambda _event: act()))
     return made
+
+
+def submitted(form: Element, act: Callable[[Any], object], value: str = "") -> None:
+    """Have a form sent to the page alone.
+
+    Args:
+        form: The form.
+        act: Called with the event; may return something to wait for, until which the form is not sent again.
+        value: JavaScript of what is sent with it, out of `event`.
+    """
+    form.on("submit", one_at_a_time(act), js_handler=f"(event) => {{ event.preventDefault(); emit({value}); }}")
+
+
+def one_at_a_time(act: Callable[[Any], object]) -> Callable[[Any], Awaitable[None]]:
+    """Return a function of an event that does nothing while what it did before is not over.
+
+    Args:
+        act: Called with the event; may return something to wait for.
+    """
+    going = False
+
+    async def called(event: Any) -> None:  # of any type: NiceGUI's events carry what the browser sends
+        nonlocal going
+        if going:
+            return
+        going = True
+        try:
+            result = act(event)
+            if should_await(result):
+                await result
+        finally:
+            going = False
+
+    return called
 
 
 def search_field(label: str, search: Callable[[str], Awaitable[None]]) -> Element:
@@ -326,6 +367,20 @@ def link(address: str, content: str, classes: str = "") -> Words:
     return made
 
 
+def view_link(address: str, content: str, act: Callable[[], object], classes: str = "") -> Words:
+    """Return a link to another view of this page: it is shown here on a click, and elsewhere as any other link.
+
+    Args:
+        address: Of the view.
+        content: What stands on it.
+        act: Shows the view here; may return something to wait for.
+        classes: Of CSS.
+    """
+    made = link(address, content, classes)
+    made.on("click", one_at_a_time(lambda _event: act()), js_handler=_HERE)
+    return made
+
+
 def progress_bar(share: float) -> Element:
     """Return a bar of work that is going on.
 
@@ -358,6 +413,13 @@ async def confirm_deletion(question: str) -> bool:
     return bool(await dialog)
 
 
-def say(problem: Exception | str, *, good: bool = False) -> None:
-    """Tell a person something that passes: an error in the words of the command line, or that something is done."""
-    ui.notify(str(problem), type="positive" if good else "negative", multi_line=True, close_button="close", timeout=6000)
+def say(problem: Exception | str, *, good: bool = False, stays: bool = False) -> None:
+    """Tell a person something: an error in the words of the command line, or that something is done.
+
+    Args:
+        problem: What is told.
+        good: Whether it is no error.
+        stays: Whether it is there until it is closed; else it passes.
+    """
+    kind = "positive" if good else "negative"
+    ui.notify(str(problem), type=kind, multi_line=True, close_button="close", timeout=0 if stays else 6000)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from importlib import resources
 from typing import TYPE_CHECKING
 
@@ -12,11 +11,11 @@ from nicegui.element import Element
 
 from ltlplan.report.inline import package_text
 from ltlplan.service.api.application import answer_bug, answer_of
-from ltlplan.service.event_inbox.names import NAME
+from ltlplan.service.page.addresses import read_address, visit
 from ltlplan.service.page.certificate_tab import trust_tab
 from ltlplan.service.page.comparison.compare_tab import compare_tab
 from ltlplan.service.page.downloads_tab import take_away_tab
-from ltlplan.service.page.elements import Flight, StopBar, Words, box, button, say
+from ltlplan.service.page.elements import Flight, StopBar, Words, box, button, view_link
 from ltlplan.service.page.live import live_tab
 from ltlplan.service.page.missions.write import write_tab
 from ltlplan.service.page.people_tab import people_tab
@@ -47,6 +46,8 @@ _ARROWS = """(event) => {
 }"""
 """Arrow keys go from tab to tab, as keyboards expect of tabs."""
 
+_LOOK = 3.0
+"""s between looks at whether the job that is open is still there."""
 _FAVICON = (
     '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 32 32"><g fill="none" stroke="#1f77e0" stroke-width="3">'
     '<circle cx="8" cy="8" r="5"/><circle cx="24" cy="8" r="5"/><circle cx="8" cy="24" r="5"/><circle cx="24" cy="24" r="5"/>'
@@ -66,45 +67,16 @@ def put_pages(server: FastAPI, service: Service) -> None:
     ui.add_css((assets / "page.css").read_text(encoding="utf-8"), shared=True)
     ui.add_head_html(f"<script>{(assets / 'session.js').read_text(encoding='utf-8')}</script>", shared=True)
 
-    async def at_tab(tab: str, job: str | None) -> None:
-        await _page(_desk(service), tab, job)
+    async def page() -> None:
+        client = ui.context.client
+        asked = client.request
+        await _page(Desk(service, client, asked.state.principal, asked.state.asker.session), asked.url.path)
 
-    @ui.page("/")
-    async def write() -> None:
-        await at_tab("write", None)
-
-    for name in TABS[1:]:
-
-        def at(tab: str = name) -> None:
-            async def without_job() -> None:
-                await at_tab(tab, None)
-
-            async def with_job(job: str) -> None:
-                await at_tab(tab, job)
-
-            ui.page(f"/{ADDRESS[tab]}")(without_job)
-            ui.page(f"/jobs/{{job}}/{ADDRESS[tab]}")(with_job)
-
-        at()
-
-    @ui.page("/jobs/{job}")
-    async def of_job(job: str) -> None:
-        await at_tab("plan", job)
-
-    @ui.page("/studies/{study}")
-    async def of_study(study: int) -> None:
-        desk = _desk(service)
-        desk.study = study
-        await _page(desk, "compare", None)
-
-    @ui.page("/jobs/{job}/compare/{other}")
-    async def of_two(job: str, other: str) -> None:
-        await _page(_desk(service), "compare", job, other)
-
-    @ui.page("/live/{flight}")
-    async def of_flight(flight: str) -> None:
-        await _page(_desk(service, flight if re.fullmatch(NAME, flight) else None), "live", None)
-
+    for path in ("/", "/jobs/{job}", "/jobs/{job}/compare/{other}", "/studies/{study:int}", "/live/{flight}"):
+        ui.page(path)(page)
+    for tab in TABS[1:]:
+        for path in (f"/{ADDRESS[tab]}", f"/jobs/{{job}}/{ADDRESS[tab]}"):
+            ui.page(path)(page)
     _put_errors()
     app.config.socket_io_js_transports = ["websocket", "polling"]
     ui.run_with(
@@ -124,16 +96,11 @@ def _put_errors() -> None:
     app.exception_handler(Exception)(answer_bug)
 
 
-def _desk(service: Service, flight: str | None = None) -> Desk:
-    """Return the desk of who opens a page."""
-    client = ui.context.client
-    asked = client.request
-    return Desk(service, client, asked.state.principal, asked.state.asker.session, flight=flight)
-
-
-async def _page(desk: Desk, tab: str, job: str | None, other: str = "") -> None:
-    client, desk.tab = desk.client, tab
+async def _page(desk: Desk, path: str) -> None:
+    client = desk.client
+    desk.tab, _ = read_address(desk, path)
     client.on_delete(desk.leave)
+    ui.on("went", lambda event: visit(desk, str(event.args), "back"))
     client.layout.classes("page")
     with client.layout:
         _header(desk).move(client.layout, target_index=0)
@@ -158,7 +125,7 @@ async def _page(desk: Desk, tab: str, job: str | None, other: str = "") -> None:
     with panels["take away"]:
         take_away_tab(desk)
     with panels["compare"]:
-        await compare_tab(desk, (job or "", other) if other else ("", ""))
+        await compare_tab(desk)
     with panels["live"]:
         await live_tab(desk)
     with panels["people"]:
@@ -179,11 +146,9 @@ async def _page(desk: Desk, tab: str, job: str | None, other: str = "") -> None:
 
     desk.on_tab.append(turned)
     desk.on_job.append(come_further)
-    try:
-        desk.show(tab) if job is None else await desk.open(job, tab)
-    except LtlplanError as error:
-        desk.show("plan")
-        say(error)
+    looks = ui.timer(_LOOK, desk.look, active=False)
+    desk.on_job.append(lambda found: looks.activate() if found is not None else looks.deactivate())
+    await visit(desk, path, "instead")
     tabs.set_visibility(True)
 
 
@@ -194,7 +159,7 @@ def _header(desk: Desk) -> Element:
         with box("tablist", tag="nav").props('role=tablist aria-label="Parts of the page"') as row:
             row.on("keydown", js_handler=_ARROWS)
             for name in TABS:
-                tabs[name] = button(name.capitalize(), lambda name=name: desk.show(name)).props(
+                tabs[name] = view_link(desk.path_of(name), name.capitalize(), lambda name=name: desk.show(name)).props(
                     f"role=tab id={ADDRESS[name]}-tab"
                 )
             tabs["people"].set_visibility(desk.user is not None)
@@ -211,6 +176,7 @@ def _header(desk: Desk) -> Element:
         seen = f"document.getElementById('{ADDRESS[to]}-tab')?.scrollIntoView({{ block: 'nearest', inline: 'nearest' }})"
         desk.client.run_javascript(seen)
         for name, tab in tabs.items():
+            tab.props["href"] = desk.path_of(name)
             tab.props(f"aria-selected={'true' if name == to else 'false'} tabindex={0 if name == to else -1}")
 
     def come_further(job: Job | None) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
-from ltlplan.service.page.elements import LiveView, Part, Words, box, button, table
+from ltlplan.service.page.elements import LiveView, Part, Words, box, button, submitted, table
 from ltlplan.service.people.roles import Action
 from verify.data import LtlplanError
 
@@ -21,8 +21,6 @@ _REFRESH = 1.0
 _LATE = 20.0
 """s without a question of a flight's, after which that is said."""
 _HINT = "quad1 fails; water moves 0.3,-0.7,0.9; crate appears 0,0,1 0.4,0.4,2; formula F loc1"
-_SUBMITTED = "(event) => { event.preventDefault(); emit(event.currentTarget.elements.event.value); }"
-"""What stands in the field then is sent, whatever of it came here before."""
 _ARRIVES = "(event) => emit(event.target.value)"
 
 
@@ -46,7 +44,7 @@ class _Telling:
                     self.field.on("input", self._typed, js_handler=_ARRIVES, throttle=0.3, leading_events=False)
                 Words("button", "Tell", "primary").props("type=submit")
                 self.failing = Part(box("row failing"))
-            self.form.on("submit", self._send, js_handler=_SUBMITTED)
+            submitted(self.form, self._send, "event.currentTarget.elements.event.value")
             self.foretold = Part(box("foretold").props("aria-live=polite"))
             self.events = Part(box("events").props("aria-live=polite"))
             self.runs = Part(box("runs"))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from nicegui import ui
 
-from ltlplan.service.page.elements import Part, Words, box, button, table
+from ltlplan.service.page.elements import Part, Words, box, button, submitted, table
 from ltlplan.service.people.administration import Administration
 from ltlplan.service.people.audit_log import LogQuery
 from ltlplan.service.people.roles import Action, Role
@@ -191,8 +191,8 @@ class _People:
                 field = ui.element("input").props(f"name={key} autocomplete=off maxlength=500 autocapitalize=none")
                 field.on("input", typed, js_handler="(event) => emit(event.target.value)")
             between = box("between")
-            button(words, act)
-        form.on("submit", lambda _event: act(), js_handler="(event) => { event.preventDefault(); emit(); }")
+            button(words, lambda: None).props("type=submit")
+        submitted(form, lambda _event: act())
         return between
 
     async def _do(self, work: Callable[..., object], *arguments: object) -> None:

@@ -20,6 +20,7 @@ from ltlplan.service.page.elements import (
     say,
     search_field,
     table,
+    view_link,
 )
 from ltlplan.service.page.next_steps import next_steps, nothing_found
 from ltlplan.service.people.roles import Action
@@ -190,7 +191,7 @@ class _Planning:
                 Words("span", "Has run for ")
                 running_clock(_between(job.started, utc_now()))
                 Words("span", ". ")
-            most = f"{limits.stage_seconds / 60:g} min of processor time and {limits.stage_megabytes} MB"
+            most = f"{_lasting(limits.stage_seconds)} of processor time and {limits.stage_megabytes} MB"
             Words("span", f"A stage may take {most}.")
 
     def _problem(self, job: Job) -> None:
@@ -221,7 +222,8 @@ class _Planning:
         if not await confirm_deletion(f"Delete the job of {job.mission}{_KEPT if self.desk.user is not None else _GONE}"):
             return
         await self.desk.jobs.delete(job.id)
-        self.desk.close_job()
+        self.desk.leave_job()
+        self.desk.show("plan", "instead")
         await self.refresh()
         with self.actions.place:
             say(f"The job of {job.mission} is deleted.", good=True)
@@ -233,7 +235,7 @@ class _Entry:
     def __init__(self, job: Job, user: str | None, opened: Callable[[str], Awaitable[None]]) -> None:
         self.user, self.place = user, box(tag="li")
         with self.place:
-            self.button = button("", lambda: opened(job.id))
+            self.button = view_link(f"/jobs/{job.id}/plan", "", lambda: opened(job.id))
             with self.button:
                 Words("b", job.mission)
                 self.chip = Words("span", "")
@@ -344,6 +346,11 @@ def _between(start: str, end: str) -> float:
 def _seconds(start: str, end: str) -> str:
     seconds = _between(start, end)
     return f"{seconds:.1f} s" if seconds < 100 else f"{seconds / 60:.1f} min"
+
+
+def _lasting(seconds: float) -> str:
+    """Return a limit as it is written."""
+    return f"{seconds:g} s" if seconds < 120 else f"{seconds / 60:g} min"
 
 
 async def plan_tab(desk: Desk) -> None:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import json
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from nicegui import Client, background_tasks
 from nicegui.element import Element
@@ -13,6 +14,7 @@ from nicegui.element import Element
 from ltlplan.service.page.elements import say
 from ltlplan.service.people.roles import Action, Principal, allows
 from ltlplan.service.people.user_jobs import UserJobs
+from ltlplan.service.problems import NotFound
 from ltlplan.service.security.tokens import LOCAL
 from verify.data import LtlplanError
 
@@ -22,6 +24,8 @@ if TYPE_CHECKING:
 
 TABS = ("write", "plan", "watch", "trust", "simulate", "judge", "take away", "compare", "live", "people")
 ADDRESS = {tab: tab.replace(" ", "-") for tab in TABS}
+Entry = Literal["new", "instead", "back"]
+"""How what is seen comes into the browser's history: as a new entry, instead of the present one, or as one that was gone back to."""
 
 
 @dataclass(eq=False)
@@ -35,6 +39,7 @@ class Desk:
         tab: The tab that is seen.
         flight: Name of the flight in the air that is looked at.
         study: The study that is looked at.
+        pair: Jobs that are compared; empty for none.
         principal: Who looks.
         session: The session by which they logged in, if they did.
         texts: Missions as they were written, by the job that was made of them.
@@ -53,6 +58,7 @@ class Desk:
     tab: str = "write"
     flight: str | None = None
     study: int | None = None
+    pair: tuple[str, str] = ("", "")
     texts: dict[str, str] = field(default_factory=dict[str, str])
     on_job: list[Callable[[Job | None], None]] = field(default_factory=list[Callable[["Job | None"], None]])
     on_progress: list[Callable[[str, float], None]] = field(default_factory=list[Callable[[str, float], None]])
@@ -80,28 +86,43 @@ class Desk:
         """Return whether this person may do something. Another role ends the session, and this page with it."""
         return allows(self.principal.role, action)
 
-    async def open(self, job_id: str, tab: str) -> None:
+    async def open(self, job_id: str, tab: str, how: Entry = "new") -> None:
         """Look at a job.
 
         Args:
             job_id: The job's.
             tab: The tab to be seen.
+            how: Entry of the browser's history that it is.
 
         Raises:
             BadInput: There is no such job.
         """
         job = await self.jobs.job(job_id)
         self._set_job(job)
-        self.show(tab)
+        self.show(tab, how)
         self.leave()
         if job.ended is None:
             self._following = background_tasks.create(self._follow(job_id), name=f"following job {job_id}")
 
-    def close_job(self) -> None:
+    def leave_job(self) -> None:
         """Look at no job any more."""
         self.leave()
         self._set_job(None)
-        self.show("plan")
+
+    async def look(self) -> None:
+        """Look at no job any more that is gone, and say so; what is open beside it stays."""
+        job = self.job
+        if job is None:
+            return
+        try:
+            await self.jobs.job(job.id)
+        except NotFound:
+            if self.job is None or self.job.id != job.id:
+                return
+            self.leave_job()
+            self.show(self.tab, "instead")
+            with self.client.content:
+                say(f"The job of {job.mission} was deleted, or is no longer shared with you.", stays=True)
 
     def leave(self) -> None:
         """Stop following the job."""
@@ -109,32 +130,37 @@ class Desk:
             self._following.cancel()
             self._following = None
 
-    def show(self, tab: str) -> None:
-        """Show a tab, and note it in the address."""
+    def path_of(self, tab: str) -> str:
+        """Return the address of what a tab shows, so that a reload, a link and the history show it again."""
+        match tab:
+            case "write":
+                return "/"
+            case "live":
+                return "/live" if self.flight is None else f"/live/{self.flight}"
+            case "people":
+                return "/people"
+            case "compare" if all(self.pair):
+                return "/jobs/{}/compare/{}".format(*self.pair)
+            case "compare" if self.study is not None:
+                return f"/studies/{self.study}"
+            case _:
+                return f"/{ADDRESS[tab]}" if self.job is None else f"/jobs/{self.job.id}/{ADDRESS[tab]}"
+
+    def show(self, tab: str, how: Entry = "new") -> None:
+        """Show a tab, and note it in the address.
+
+        Args:
+            tab: The tab.
+            how: Entry of the browser's history that it is.
+        """
         self.tab = tab
         for told in self.on_tab:
             told(tab)
-        if tab == "write":
-            path = "/"
-        elif tab == "live":
-            path = "/live" if self.flight is None else f"/live/{self.flight}"
-        elif tab == "people":
-            path = "/people"
-        elif tab == "compare" and self.study is not None:
-            path = f"/studies/{self.study}"
-        elif self.job is None:
-            path = f"/{ADDRESS[tab]}"
-        else:
-            path = f"/jobs/{self.job.id}/{ADDRESS[tab]}"
-        self.note_address(path)
-
-    def note_address(self, path: str) -> None:
-        """Let the browser's address say what is seen, so that a reload and a link show it again."""
-        self.client.run_javascript(f"history.replaceState(null, '', {path!r})")
+        self.client.run_javascript(f"noteView({json.dumps(self.path_of(tab))}, {json.dumps(how)})")
 
     def show_study(self, study: int) -> None:
         """Show a study."""
-        self.study = study
+        self.study, self.pair = study, ("", "")
         self.show("compare")
 
     async def edit(self, text: str) -> None:
@@ -171,12 +197,15 @@ class Desk:
     async def _follow(self, job_id: str) -> None:
         """Tell the tabs what happens to a job until it ends."""
         jobs = self.jobs
-        async for event in jobs.events(job_id):
-            if self.job is None or self.job.id != job_id:
-                return
-            if event.kind == "progress":
-                for told in self.on_progress:
-                    told(event.sentence, event.share)
-            elif event.kind in ("stage", "state"):
-                self._set_job(await jobs.job(job_id))
-        self._set_job(await jobs.job(job_id))
+        try:
+            async for event in jobs.events(job_id):
+                if self.job is None or self.job.id != job_id:
+                    return
+                if event.kind == "progress":
+                    for told in self.on_progress:
+                        told(event.sentence, event.share)
+                elif event.kind in ("stage", "state"):
+                    self._set_job(await jobs.job(job_id))
+            self._set_job(await jobs.job(job_id))
+        except NotFound:
+            await self.look()

@@ -9,7 +9,7 @@ from pydantic import BaseModel, ValidationError
 
 from ltlplan.service.api.answers import CampaignAsked, RehearsalAsked
 from ltlplan.service.page.derived_jobs import DerivedJobs
-from ltlplan.service.page.elements import Words, box, button, named_field, say
+from ltlplan.service.page.elements import Words, box, button, named_field, one_at_a_time, say
 from ltlplan.service.page.next_steps import next_steps
 from ltlplan.service.people.roles import Action
 from verify.data import BadInput, LtlplanError
@@ -115,7 +115,7 @@ class _Simulating:
             button(f"Begin a {kind}", lambda: None, "primary").props("type=submit")
         form.on(
             "submit",
-            begun,
+            one_at_a_time(begun),
             js_handler="(event) => { event.preventDefault(); document.activeElement.blur(); setTimeout(emit, 50); }",
         )
 

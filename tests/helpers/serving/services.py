@@ -50,7 +50,10 @@ def start(data: Path, *, limits: Mapping[str, Any] | None = None, **settings: An
     asked = json.dumps({"data": str(data), "limits": dict(limits or {}), **settings})
     out, log = (data.parent / f"{data.name}.{kind}" for kind in ("out", "log"))
     with out.open("w") as stdout, log.open("w") as stderr:  # its own session: a terminal's Ctrl-C ends it after its tests
-        process = subprocess.Popen([sys.executable, __file__, asked], stdout=stdout, stderr=stderr, start_new_session=True)
+        own = {name: value for name, value in os.environ.items() if name != "PYTEST_CURRENT_TEST"}  # as users have it
+        process = subprocess.Popen(
+            [sys.executable, __file__, asked], stdout=stdout, stderr=stderr, env=own, start_new_session=True
+        )
     while process.poll() is None and not out.read_text().endswith("\n"):
         time.sleep(0.05)
     told = out.read_text()

@@ -31,6 +31,8 @@ pytestmark = pytest.mark.xdist_group("service")
 KILLS = int(os.environ.get("LTLPLAN_KILLS", "12"))
 DIED = "/problems/worker-died"
 """Of a job whose worker was killed three times in one life of the service: it says so, and may be submitted again."""
+READS = {"reads": (1000.0, 100_000)}
+"""Of who looks at every file of every job that many kills leave."""
 MOST = 40
 """Jobs that wait for others at most: more only makes the end later."""
 
@@ -47,7 +49,7 @@ class Killed:
     def __init__(self, data: Path, draw: random.Random, database: Server | None) -> None:
         self.data, self.draw, self.database = data, draw, database
         self.more: dict[str, Any] = {} if database is None else {"database": database.create("killed")}
-        self.process, served = start(data, workers=2, **self.more)
+        self.process, served = start(data, workers=2, limits=READS, **self.more)
         self.port, self.url = int(served.url.rpartition(":")[2]), served.url
         self.accepted: dict[str, tuple[str, Any]] = {}
         self.studies: dict[int, int] = {}
@@ -93,7 +95,7 @@ class Killed:
 
     def begin(self) -> None:
         """Start it where it was."""
-        self.process, _ = start(self.data, workers=2, port=self.port, **self.more)
+        self.process, _ = start(self.data, workers=2, port=self.port, limits=READS, **self.more)
 
     def end(self) -> None:
         """Stop it as a service is stopped, and see that nothing of it is left."""

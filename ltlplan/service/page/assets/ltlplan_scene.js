@@ -1,29 +1,10 @@
 // A 3-D scene to scale, made of the figures that the reports are made of. It draws only when something changed.
 import { CSS2DObject, CSS2DRenderer, OrbitControls, THREE } from "nicegui-scene";
 import { cameraKeys, HALO, SceneNames, SEEN_TO_SCALE } from "scene_names";
+import { css, dots, lineGeometry, meshGeometry, points, robotBody, tag } from "scene_shapes";
+import { SceneView } from "scene_view";
 
 export const RING_WORDS = "Robots are to scale: a ring stands for one too small to be seen, and is no size."; // beside every scene
-const FOV = 32; // degrees
-const REACH = 0.62 + 0.3 + 0.045; // of a robot as it is modelled below: from its middle to the outside of its rotors
-const DOWN = new THREE.Vector3(0, -1e-4, 1).normalize(); // from straight above, y up in the picture
-const EYE = new THREE.Vector3(0.8, -1.7, 1.0).normalize(); // where the reports' scenes are looked at from
-
-function css(name) {
-  return getComputedStyle(document.body).getPropertyValue(name).trim() || "#808080";
-}
-
-function points(trace) {
-  return Array.from(trace.x, (x, i) => new THREE.Vector3(x, trace.y[i], trace.z[i]));
-}
-
-function tag(text, kind, at) {
-  const element = document.createElement("div");
-  element.className = "tag3d " + kind;
-  element.textContent = text;
-  const label = new CSS2DObject(element);
-  if (at) label.position.copy(at);
-  return label;
-}
 
 // Numbers at the axes give way to names and to one another.
 function partTicks(all, names) {
@@ -38,94 +19,16 @@ function partTicks(all, names) {
   }
 }
 
-// A ring of a few pixels, drawn once.
-let ringPicture = null;
-function ring() {
-  if (ringPicture) return ringPicture;
-  const canvas = document.createElement("canvas"), pen = canvas.getContext("2d");
-  canvas.width = canvas.height = 64;
-  pen.lineWidth = 9;
-  pen.strokeStyle = pen.fillStyle = "#fff";
-  pen.arc(32, 32, 26, 0, 2 * Math.PI);
-  pen.stroke();
-  pen.beginPath();
-  pen.arc(32, 32, 6, 0, 2 * Math.PI);
-  pen.fill();
-  return (ringPicture = canvas);
-}
-
-// A round line: browsers draw lines of one pixel only.
-function lineGeometry(path, radius, sides = 6) {
-  const corners = [], index = [];
-  let tangent = new THREE.Vector3(1, 0, 0), across = new THREE.Vector3(), moved = false;
-  for (let i = 0; i < path.length; i++) {
-    const way = new THREE.Vector3().subVectors(path[Math.min(i + 1, path.length - 1)], path[Math.max(i - 1, 0)]);
-    if (way.length() > 1e-6) { tangent = way.normalize(); moved = true; }
-    across.copy(Math.abs(tangent.z) < 0.9 ? new THREE.Vector3(0, 0, 1) : new THREE.Vector3(1, 0, 0)).cross(tangent).normalize();
-    const up = new THREE.Vector3().crossVectors(tangent, across);
-    for (let k = 0; k < sides; k++) {
-      const angle = (2 * Math.PI * k) / sides;
-      const c = radius * Math.cos(angle), s = radius * Math.sin(angle);
-      corners.push(path[i].x + c * across.x + s * up.x, path[i].y + c * across.y + s * up.y, path[i].z + c * across.z + s * up.z);
-      if (i + 1 < path.length) {
-        const a = i * sides + k, b = i * sides + ((k + 1) % sides);
-        index.push(a, b, a + sides, b, b + sides, a + sides);
-      }
-    }
-  }
-  if (!moved) return null;
-  const geometry = new THREE.BufferGeometry();
-  geometry.setAttribute("position", new THREE.Float32BufferAttribute(corners, 3));
-  geometry.setIndex(index);
-  return geometry;
-}
-
-function meshGeometry(trace) {
-  const geometry = new THREE.BufferGeometry();
-  geometry.setAttribute("position", new THREE.Float32BufferAttribute(trace.x.flatMap((x, i) => [x, trace.y[i], trace.z[i]]), 3));
-  geometry.setIndex(trace.i.flatMap((a, n) => [a, trace.j[n], trace.k[n]]));
-  geometry.computeVertexNormals();
-  return geometry;
-}
-
 function tickStep(span, most) {
   const rough = span / most, power = 10 ** Math.floor(Math.log10(rough));
   return [1, 2, 5, 10].map((f) => f * power).find((step) => step >= rough * 0.999);
 }
 
-// A robot as large as its radius says (m), and a ring of a few pixels that shows where it is where that is too small to be seen.
-function robotBody(colour, radius) {
-  const body = new THREE.Group(), size = radius / REACH;
-  const place = new THREE.BufferGeometry().setFromPoints([new THREE.Vector3()]);
-  const across = 2 * HALO * Math.min(window.devicePixelRatio, 2);
-  const halo = new THREE.Points(place, new THREE.PointsMaterial({
-    color: colour, size: across, sizeAttenuation: false, map: new THREE.CanvasTexture(ring()), transparent: true, depthWrite: false, alphaTest: 0.1,
-  }));
-  body.add(halo);
-  body.userData = { radius, halo, colour };
-  if (!radius) return body;
-  const paint = new THREE.MeshLambertMaterial({ color: colour });
-  const dark = new THREE.MeshLambertMaterial({ color: new THREE.Color(colour).multiplyScalar(0.55) });
-  body.add(new THREE.Mesh(new THREE.SphereGeometry(0.24 * size, 16, 12), paint));
-  for (const angle of [0.25, 0.75, 1.25, 1.75]) {
-    const x = 0.62 * size * Math.cos(angle * Math.PI), y = 0.62 * size * Math.sin(angle * Math.PI);
-    const arm = new THREE.Mesh(new THREE.CylinderGeometry(0.06 * size, 0.06 * size, 0.62 * size), dark);
-    arm.rotation.z = Math.PI / 2 + angle * Math.PI + Math.PI;
-    arm.position.set(x / 2, y / 2, 0);
-    const rotor = new THREE.Mesh(new THREE.TorusGeometry(0.3 * size, 0.045 * size, 6, 20), paint);
-    rotor.position.set(x, y, 0.08 * size);
-    body.add(arm, rotor);
-  }
-  return body;
-}
-
-export class Scene {
+export class Scene extends SceneView {
   constructor(holder) {
-    this.holder = holder;
+    super(holder);
     holder.scene3d = this;
     this.scene = new THREE.Scene();
-    this.camera = new THREE.PerspectiveCamera(FOV, 1, 0.01, 1000);
-    this.camera.up.set(0, 0, 1);
     this.robots = [];
     this.waiting = false;
     try {
@@ -228,7 +131,7 @@ export class Scene {
     } else if (trace.mode && trace.mode.startsWith("lines")) {
       if (robots.includes(trace.name)) return; // its path is drawn with the robot
       const dotted = trace.line && trace.line.dash && trace.line.dash !== "solid";
-      if (dotted) object = this.dots(points(trace), trace.line.color);
+      if (dotted) object = dots(points(trace), trace.line.color);
       else {
         const geometry = lineGeometry(points(trace), 0.0022 * this.size);
         if (geometry) object = new THREE.Mesh(geometry, new THREE.MeshLambertMaterial({ color: trace.line.color }));
@@ -244,11 +147,6 @@ export class Scene {
     if (!object) return;
     object.userData.group = group;
     this.content.add(object);
-  }
-
-  dots(path, colour) {
-    const geometry = new THREE.BufferGeometry().setFromPoints(path);
-    return new THREE.Points(geometry, new THREE.PointsMaterial({ color: colour, size: 2.5, sizeAttenuation: false }));
   }
 
   addRobot(name, trace, path, radius) {
@@ -311,25 +209,6 @@ export class Scene {
     this.room.add(frame);
   }
 
-  lookAtAll() {
-    const middle = new THREE.Vector3().addVectors(this.low, this.high).multiplyScalar(0.5);
-    const shape = (this.holder.clientWidth || 4) / (this.holder.clientHeight || 3);
-    const half = (FOV / 360) * Math.PI;
-    const narrow = Math.min(half, Math.atan(Math.tan(half) * shape));
-    this.distance = ((shape < 1.3 ? 0.52 : 0.43) * this.size) / Math.sin(narrow);
-    this.controls.target.copy(middle);
-    if (this.above) { // the upper face of the room fits, which is nearest
-      const across = Math.max((this.high.x - this.low.x) / shape, this.high.y - this.low.y) / 2;
-      this.distance = (1.22 * across) / Math.tan(half) + (this.high.z - this.low.z) / 2;
-    }
-    this.camera.position.copy(middle).addScaledVector(this.above ? DOWN : EYE, this.distance);
-    this.camera.near = 0.01 * this.distance;
-    this.camera.far = 20 * this.distance;
-    this.camera.updateProjectionMatrix();
-    this.controls.update();
-    this.gliding = null;
-  }
-
   resize() {
     const { clientWidth: width, clientHeight: height } = this.holder;
     if (!this.renderer || !width || !height) return;
@@ -358,21 +237,6 @@ export class Scene {
       if (robot.past) robot.past.geometry.setDrawRange(0, Math.max(Math.floor(behind), 0) * 36);
     });
     if (moved) this.draw();
-  }
-
-  // Has the camera follow a robot, or nobody.
-  follow(name) {
-    this.followed = name;
-    const robot = this.robots.find((each) => each.name === name);
-    if (robot) this.glideTo(robot.body.position.toArray());
-  }
-
-  followTo(from, to) {
-    if (this.gliding) return;
-    const way = new THREE.Vector3(...to).sub(from);
-    this.camera.position.add(way);
-    this.controls.target.add(way);
-    this.controls.update();
   }
 
   // Draws a translucent tube of a radius in m around each robot's path.
@@ -431,25 +295,6 @@ export class Scene {
     this.draw();
   }
 
-  // Returns where a pointer is at a height, m; null where it is nowhere there.
-  onLevel(event, height) {
-    const box = this.renderer.domElement.getBoundingClientRect();
-    const at = new THREE.Vector2((2 * (event.clientX - box.left)) / box.width - 1, 1 - (2 * (event.clientY - box.top)) / box.height);
-    const ray = new THREE.Raycaster();
-    ray.setFromCamera(at, this.camera);
-    return ray.ray.intersectPlane(new THREE.Plane(new THREE.Vector3(0, 0, 1), -height), new THREE.Vector3());
-  }
-
-  // Looks straight down from now on, y up; it is moved and zoomed, not turned.
-  lookFromAbove() {
-    if (!this.renderer) return;
-    this.above = true;
-    this.controls.enableRotate = false;
-    this.controls.mouseButtons = { LEFT: THREE.MOUSE.PAN, MIDDLE: THREE.MOUSE.DOLLY, RIGHT: THREE.MOUSE.PAN };
-    this.controls.touches = { ONE: THREE.TOUCH.PAN, TWO: THREE.TOUCH.DOLLY_PAN };
-    if (this.low) this.lookAtAll();
-  }
-
   // Shows or hides everything of a robot or a region.
   toggle(group, shown) {
     this.content.traverse((object) => {
@@ -480,54 +325,8 @@ export class Scene {
   // Shows recorded places as dots.
   addDots(tracks) {
     this.clear(this.added);
-    for (const { colour, path } of tracks) this.added.add(this.dots(path.map((p) => new THREE.Vector3(...p)), colour));
+    for (const { colour, path } of tracks) this.added.add(dots(path.map((p) => new THREE.Vector3(...p)), colour));
     this.draw();
-  }
-
-  glideTo(place) {
-    const to = new THREE.Vector3(...place);
-    const from = this.controls.target.clone();
-    const away = this.camera.position.clone().sub(from);
-    const nearer = away.clone().setLength(Math.min(away.length(), 0.62 * this.distance));
-    const begin = performance.now();
-    const span = window.matchMedia("(prefers-reduced-motion: reduce)").matches ? 1 : 450;
-    const glide = (this.gliding = (now) => {
-      if (this.gliding !== glide) return;
-      const s = Math.min((now - begin) / span, 1), share = s * s * (3 - 2 * s);
-      this.controls.target.lerpVectors(from, to, share);
-      this.camera.position.copy(this.controls.target).add(away.clone().lerp(nearer, share));
-      this.controls.update();
-      this.draw();
-      if (s < 1) requestAnimationFrame(glide);
-    });
-    requestAnimationFrame(glide);
-  }
-
-  // Moves the camera as keys ask.
-  moveCamera({ turn, shift, nearer }) {
-    if (!this.low) return;
-    this.gliding = null;
-    const { target } = this.controls, away = this.camera.position.clone().sub(target).multiplyScalar(nearer);
-    const [right, up] = [0, 1].map((axis) => new THREE.Vector3().setFromMatrixColumn(this.camera.matrix, axis));
-    if (this.above && (turn[0] || turn[1])) shift = turn; // from above nothing turns
-    else if (turn[0] || turn[1]) {
-      const round = new THREE.Spherical().setFromVector3(new THREE.Vector3(away.x, away.z, -away.y)); // its poles are along y
-      round.theta += turn[0];
-      round.phi -= turn[1];
-      const to = new THREE.Vector3().setFromSpherical(round.makeSafe());
-      away.set(to.x, -to.z, to.y);
-    }
-    const width = 2 * away.length() * Math.tan((FOV / 360) * Math.PI);
-    target.addScaledVector(right, shift[0] * width).addScaledVector(up, shift[1] * width);
-    this.camera.position.copy(target).add(away);
-    this.controls.update();
-    this.draw();
-  }
-
-  // Returns how many pixels wide a metre is at a place.
-  pixels(place) {
-    const depth = new THREE.Vector3().subVectors(place, this.camera.position).dot(this.camera.getWorldDirection(new THREE.Vector3()));
-    return this.holder.clientHeight / (2 * Math.max(depth, 1e-6) * Math.tan((FOV / 360) * Math.PI));
   }
 
   ringRobots() {

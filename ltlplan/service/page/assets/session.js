@@ -44,3 +44,54 @@ document.addEventListener("keydown", (event) => {
   event.preventDefault();
   stops[event.shiftKey ? stops.length - 1 : 0].focus();
 });
+
+// Each view has its address. A new one comes into the history; one that is gone back to is as it was, as far as it was scrolled.
+(() => {
+  const PATIENCE = 20000; // ms that a view may take until it is as long as it was
+  const STEADY = 1000; // ms for which it is as long as it was, so that nothing of it comes and goes any more
+  let keeping = null, reaching = 0, goes = 0;
+  history.scrollRestoration = "manual";
+  const keep = () => history.replaceState({ ...history.state, y: scrollY }, "");
+  const reach = () => {
+    const goal = history.state?.y ?? 0, end = performance.now() + PATIENCE, mine = (reaching = ++goes);
+    let there = Infinity; // since when
+    const step = (now) => {
+      if (mine !== reaching) return;
+      scrollTo(0, goal);
+      there = Math.abs(scrollY - goal) > 1 ? Infinity : Math.min(there, now);
+      if (now - there > STEADY || now > end) reaching = 0;
+      else requestAnimationFrame(step);
+    };
+    step(performance.now());
+  };
+  addEventListener("scroll", () => {
+    clearTimeout(keeping);
+    if (!reaching) keeping = setTimeout(keep, 150);
+  }, { passive: true });
+  for (const kind of ["wheel", "touchstart", "keydown", "pointerdown"]) addEventListener(kind, () => { reaching = 0; }, { passive: true, capture: true });
+  addEventListener("popstate", () => {
+    clearTimeout(keeping);
+    reaching = -1; // what it is scrolled to until the view is there is none of a reader's doing
+    emitEvent("went", location.pathname);
+  });
+  // Notes what is seen: `new` in the history, `instead` of what was seen before, or as it was when one came `back` to it.
+  window.noteView = (path, how) => {
+    clearTimeout(keeping);
+    if (how === "new" && path !== location.pathname) {
+      reaching = 0;
+      history.pushState({}, "", path);
+      scrollTo(0, 0);
+      return;
+    }
+    if (how !== "back") history.replaceState(history.state, "", path);
+    if (how !== "new") reach();
+  };
+})();
+
+// A double click acts once, as one click does. Who stops a flight may press as often as they like.
+addEventListener("click", (event) => {
+  const pressed = event.target instanceof Element ? event.target.closest("button, a[href]") : null;
+  if (event.detail < 2 || !pressed || pressed.closest(".stops")) return;
+  event.preventDefault();
+  event.stopImmediatePropagation();
+}, true);

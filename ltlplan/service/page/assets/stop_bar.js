@@ -10,7 +10,7 @@ export default {
 <section v-if="flights.length" class="stops" aria-label="Stop a flight">
   <div v-for="flight in flights" class="stop-flight" :key="flight.run" :data-run="flight.run">
     <button type="button" class="stop" @click="stop(flight, level(flight))">{{ level(flight) === "hold" ? "Stop" : "Land" }} {{ flight.name }}</button>
-    <button v-if="ordered(flight)" type="button" class="motors" :class="{ sure: sure === flight.run }" @click="motors(flight)">
+    <button v-if="ordered(flight)" type="button" class="motors" :class="{ sure: sure === flight.run }" @click="motors(flight, $event)">
       {{ sure === flight.run ? "Robots fall. Press again" : "Motors off" }}</button>
     <p class="receipts" role="status"><template v-for="part in told(flight)"><span :class="part[1]">{{ part[0] }}</span> </template></p>
   </div>
@@ -54,7 +54,8 @@ export default {
     },
     recent(flight) { return performance.now() - this.orders[flight.run].at < 60000; },
     ordered(flight) { return Boolean(this.orders[flight.run]?.receipt) && !this.lines[flight.run]?.line.frame?.over; },
-    motors(flight) {
+    motors(flight, event) {
+      if (event.detail === 2) return; // a double click is no second thought
       if (this.sure === flight.run) { this.sure = null; this.stop(flight, "motors"); return; }
       this.sure = flight.run;
       clearTimeout(this.doubt);

@@ -14,20 +14,19 @@ if TYPE_CHECKING:
     from ltlplan.service.page.session_state import Desk
 
 
-async def compare_tab(desk: Desk, pair: tuple[str, str]) -> None:
+async def compare_tab(desk: Desk) -> None:
     """Make the tab, with what there is to see if it is the one that is opened.
 
     Args:
         desk: What the person has open.
-        pair: Jobs that are compared at first; empty for none.
     """
     with box("compare") as place:
         studies = box()
-        comparing = Comparing(desk, place, pair)
+        comparing = Comparing(desk, place)
 
-        async def compare(first: str, second: str) -> None:
-            comparing.first, comparing.second = first, second
-            await comparing.refresh()
+        def compare(first: str, second: str) -> None:
+            desk.pair = first, second
+            desk.show("compare")
             desk.client.run_javascript("scrollTo(0, 0)")
 
         with studies:
@@ -35,8 +34,9 @@ async def compare_tab(desk: Desk, pair: tuple[str, str]) -> None:
 
     def turned(tab: str) -> None:
         if tab == "compare":
-            ui.timer(0.0, comparing.refresh, once=True)
-            ui.timer(0.0, listed.refresh, once=True)
+            with place:  # what was clicked may be drawn anew before they begin
+                ui.timer(0.0, comparing.refresh, once=True)
+                ui.timer(0.0, listed.refresh, once=True)
 
     if desk.tab == "compare":
         await comparing.refresh()

@@ -31,65 +31,66 @@ class Comparing:
     Args:
         desk: What the person has open.
         whole: The tab, in which two results come first once they are chosen.
-        pair: Jobs that are compared at first; empty for none.
     """
 
-    def __init__(self, desk: Desk, whole: Element, pair: tuple[str, str]) -> None:
+    def __init__(self, desk: Desk, whole: Element) -> None:
         self.desk, self.whole = desk, whole
-        self.first, self.second = pair
         with box("comparing", tag="section").props('aria-label="Two results"'):
             Words("h2", "Two results")
             self.chooser, self.said = Part(box("row")), Part(box())
             self.pair = PairOfFlights()
             self.found = Part(box("compared"))
-        desk.on_job.append(self._job)
-
-    def _job(self, job: Job | None) -> None:
-        if job is not None and not self.second:
-            self.first = job.id
 
     async def refresh(self) -> None:
         """Offer the newest jobs, and compare what is chosen."""
         jobs = {job.id: _named(job) for job in await self.desk.jobs.jobs(limit=_LISTED)}
-        for chosen in filter(None, (self.first, self.second)):
+        first, second = self.desk.pair
+        if not second and self.desk.job is not None:
+            first = self.desk.job.id
+        for chosen in filter(None, (first, second)):
             if chosen not in jobs:
                 jobs[chosen] = chosen
-        self.chooser.show((jobs, self.first, self.second), lambda: self._choices(jobs))
-        both = bool(self.first and self.second)
+        self.chooser.show((jobs, first, second), lambda: self._choices(jobs, first, second))
+        both = bool(first and second)
         self.whole.classes(add="two") if both else self.whole.classes(remove="two")
         if both:
-            await self.show(self.first, self.second)
+            await self.show(first, second)
+        else:
+            self._show_none("")
 
-    def _choices(self, jobs: dict[str, str]) -> None:
+    def _choices(self, jobs: dict[str, str], first: str, second: str) -> None:
         if len(jobs) < 2:
             next_steps(self.desk, _TOO_FEW, ("write",))
             return
         offered = {"": "choose a job", **jobs}
 
-        async def turned(first: str, second: str) -> None:
-            self.first, self.second = first, second
-            await self.refresh()
+        def turned(first: str, second: str) -> None:
+            self.desk.pair = first, second
+            self.desk.show("compare")
 
-        choice("First", offered, self.first, lambda job: turned(job, self.second))
-        choice("Second", offered, self.second, lambda job: turned(self.first, job))
-        if self.first and self.second:
-            button("Swap", lambda: turned(self.second, self.first), "quiet")
+        choice("First", offered, first, lambda job: turned(job, second))
+        choice("Second", offered, second, lambda job: turned(first, job))
+        if first and second:
+            button("Swap", lambda: turned(second, first), "quiet")
 
     async def show(self, first: str, second: str) -> None:
         """Compare two jobs."""
-        self.first, self.second = first, second
         try:
             found = await self.desk.service.studies_of(self.desk.principal).compare(first, second)
             files = [{file.name for file in (await self.desk.jobs.job(job)).files} for job in (first, second)]
         except LtlplanError as error:
-            text = str(error)
-            self.said.show(text, lambda: Words("p", text, "soft").props("role=alert"))
+            self._show_none(str(error))
             return
         self.said.show("", lambda: None)
         self.pair.show(*(f"/api/jobs/{job}/files/watch.json" if "watch.json" in has else None
                          for job, has in zip((first, second), files, strict=True)))  # fmt: skip
         self.found.show(found, lambda: _draw(found))
-        self.desk.note_address(f"/jobs/{first}/compare/{second}")
+
+    def _show_none(self, why: str) -> None:
+        """Show no comparison, and why; empty where two were not chosen yet."""
+        self.said.show(why, lambda: Words("p", why, "soft").props("role=alert") if why else None)
+        self.pair.show(None, None)
+        self.found.show(None, lambda: None)
 
 
 def _named(job: Job) -> str:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, get_args
 
 from nicegui import ui
 
-from ltlplan.service.page.elements import Part, Words, box, button, choice, link, say, search_field
+from ltlplan.service.page.elements import Part, Words, box, button, choice, link, say, search_field, view_link
 from ltlplan.service.page.next_steps import next_steps, nothing_found
 from ltlplan.service.people.roles import Action
 from ltlplan.service.people.user_studies import written
@@ -62,17 +62,17 @@ class Studies:
 
     async def refresh(self) -> None:
         """Look at the studies again."""
+        listed: tuple[Study, ...] = ()
         try:
             listed = await self.of.listed(search=self.wanted)
             if self.desk.study is None and listed and not self.wanted:
                 self.desk.study = listed[0].id
             found = None if self.desk.study is None else await self.of.study(self.desk.study)
         except LtlplanError as error:
-            self.desk.study = None
-            with self.place:
-                say(error)
+            self.show(None, str(error))
             return
-        self.list.show((listed, self.desk.study, self.wanted), lambda: self._entries(listed))
+        finally:
+            self.list.show((listed, self.desk.study, self.wanted), lambda: self._entries(listed))
         self.show(found)
 
     def _entries(self, listed: tuple[Study, ...]) -> None:
@@ -83,7 +83,7 @@ class Studies:
                 else:
                     next_steps(self.desk, _NONE, ("write",))
         for each in listed:
-            with box(tag="li"), button("", lambda each=each: self._open(each.id), "entry") as entry:
+            with box(tag="li"), view_link(f"/studies/{each.id}", "", lambda each=each: self._open(each.id), "entry") as entry:
                 Words("b", each.name)
                 Words("span", f"{each.size}", "chip")
                 Words("small", f"{each.key}{_whose(each, self.desk.user)}", "soft")
@@ -94,10 +94,11 @@ class Studies:
         self.desk.show_study(study)
         await self.refresh()
 
-    def show(self, study: Study | None) -> None:
-        """Show a study as far as it has come."""
+    def show(self, study: Study | None, why: str = "") -> None:
+        """Show a study as far as it has come; where there is none, why."""
         if study is None:
-            for part in (self.head, self.plot, self.table):
+            self.head.show(why, lambda: Words("p", why).props("role=alert") if why else None)
+            for part in (self.plot, self.table):
                 part.show(None, lambda: None)
             return
         going = sum(member.figures.state in ("queued", "running") for member in study.members)
@@ -127,6 +128,7 @@ class Studies:
     async def _delete(self, study: Study) -> None:
         await self.of.delete(study.id)
         self.desk.study = None
+        self.desk.show("compare", "instead")
         await self.refresh()
         with self.place:
             say(f"The study {study.name} is deleted; its jobs are under Plan.", good=True)

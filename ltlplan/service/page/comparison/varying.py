@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
-from ltlplan.service.page.elements import Words, box, button, say
+from ltlplan.service.page.elements import Words, box, button, say, submitted
 from verify.data import BadInput, LtlplanError
 
 if TYPE_CHECKING:
@@ -77,11 +77,12 @@ def begin_study(desk: Desk, text: Callable[[], str], pace: Callable[[], str]) ->
         Words("p", _HINT, "soft")
         _field("Called", "name", typed, hint="by its mission and key")
         with box("row"):
-            go = button("Study it", lambda: None, "primary").props("type=submit")
+            button("Study it", lambda: None, "primary").props("type=submit")
             button("Close", dialog.close)
 
     async def made(_event: object) -> None:
-        go.props("disabled")
+        if not dialog.value:
+            return
         try:
             found = await desk.service.studies_of(desk.principal).make(
                 text(), said["key"], values_of(said["values"]), name=said["name"], pace=pace() or None
@@ -90,12 +91,10 @@ def begin_study(desk: Desk, text: Callable[[], str], pace: Callable[[], str]) ->
             with form:
                 say(error)
             return
-        finally:
-            go.props(remove="disabled")
         dialog.close()
         desk.show_study(found.id)
 
-    form.on("submit", made, js_handler="(event) => { event.preventDefault(); emit(); }")
+    submitted(form, made)
     dialog.open()
 
 

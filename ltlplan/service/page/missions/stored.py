@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import asyncio
+import json
 from collections.abc import Awaitable, Callable
 from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
-from ltlplan.service.page.elements import Part, Words, box, button, confirm_deletion, named_field, say, search_field
+from ltlplan.service.page.elements import Part, Words, box, button, confirm_deletion, named_field, say, search_field, submitted
 from ltlplan.service.page.folding import differing
 from ltlplan.service.page.next_steps import focus, nothing_found, offered_steps
 from ltlplan.service.people.roles import Action
-from ltlplan.service.problems import Conflict
+from ltlplan.service.problems import Conflict, NotFound
 from verify.data import LtlplanError
 
 if TYPE_CHECKING:
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
     from ltlplan.service.people_models import MissionVersion, StoredMission
 
 _LISTED = 30
+_LOOK = 5.0
+"""s between looks at whether what is open is still stored."""
 _NONE = "None is stored yet. Write a mission, give it a name below, and save it."
 _NOT_FOUND = "No stored mission has this in its name, tags or text."
 
@@ -38,6 +41,7 @@ class Stored:
         self._missions = desk.service.people.missions
         self.current: StoredMission | None = None
         self._name, self._wanted = "", ""
+        self._timer = ui.timer(_LOOK, self._look, active=False)
 
     def draw_list(self) -> None:
         """Draw what opens a stored mission."""
@@ -61,11 +65,11 @@ class Stored:
                 )
                 self._field.on("input", self._typed, js_handler="(event) => emit(event.target.value)")
             if self._desk.may(Action.PLAN):
-                button("Save", self._save, "quiet")
+                button("Save", lambda: None, "quiet").props("type=submit")
             self._history_button = button("History", self._history, "quiet")
             self._history_button.set_visibility(False)
             self._said = Words("span", "", "soft").props("role=status")
-        self._place.on("submit", self._save, js_handler="(event) => { event.preventDefault(); emit(); }")
+        submitted(self._place, self._save)
 
     def close(self) -> None:
         """Look at no stored mission any more: another text is written."""
@@ -106,9 +110,29 @@ class Stored:
 
     def _set(self, mission: StoredMission | None) -> None:
         self.current, self._name = mission, "" if mission is None else mission.name
-        self._desk.client.run_javascript(f"getHtmlElement({self._field.id}).value = {self._name!r}")
+        self._desk.client.run_javascript(f"getHtmlElement({self._field.id}).value = {json.dumps(self._name)}")
         self._history_button.set_visibility(mission is not None)
+        self._timer.activate() if mission is not None else self._timer.deactivate()
         self._said.set_text("" if mission is None else f"version {mission.version} by {mission.by}{_where(mission)}")
+
+    async def _look(self) -> None:
+        """Say where the mission that is open is no longer stored, or no longer shared; what is written stays."""
+        mission = self.current
+        if mission is None:
+            return
+        try:
+            await asyncio.to_thread(self._missions.get, self._desk.principal, mission.id)
+        except NotFound:
+            if mission == self.current:
+                self._let_go()
+
+    def _let_go(self) -> None:
+        """Look at a stored mission no more that is gone, and keep its name."""
+        name = self._name
+        self._set(None)
+        self._name = name
+        self._desk.client.run_javascript(f"getHtmlElement({self._field.id}).value = {json.dumps(name)}")
+        self._said.set_text("It is no longer stored, or no longer shared with you; Save stores what is written as your own.")
 
     async def _save(self, _event: object = None) -> None:
         await self._guarded(self._saved())
@@ -120,6 +144,9 @@ class Stored:
                 made = await asyncio.to_thread(lambda: self._missions.save(who, mission.id, text, after=mission.version))
             else:
                 made = await asyncio.to_thread(lambda: self._missions.store(who, name, text))
+        except NotFound:
+            self._let_go()
+            return
         except Conflict as error:
             present = await asyncio.to_thread(lambda: self._present(name))
             if present is not None:
