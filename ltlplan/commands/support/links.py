@@ -110,18 +110,21 @@ def flying_controllers(kind: str, mission: Mission, conditions: Conditions) -> d
     return found
 
 
-def controllers_said(flown: Mapping[str, str], mission: Mission) -> str:
+def controllers_said(flown: Mapping[str, str], mission: Mission, *, streamed: bool = False) -> str:
     """Return a sentence on who flies, and on robots whose margin is meant for another controller.
 
     Args:
         flown: Name of the controller of each robot.
         mission: Who flies.
+        streamed: Whether set-points are sent from here to a controller on board.
     """
     from flight.conditions import conditions_of
 
     conditions = conditions_of(mission)
     said = "Controllers: " + ", ".join(f"{name} {controller}" for name, controller in flown.items()) + "."
     others = {name: own for name in flown if (own := conditions.follower(mission.vehicle_of(name))) != flown[name]}
+    if streamed and mission.disturbance is not None and not others:
+        said += " Tracking is not proved for them, as their set-points are streamed from here."
     if others:
         meant = ", ".join(f"{name} for '{own}'" for name, own in others.items())
         said += f" The margin is meant for another ({meant}), so that no simulated flight says that they keep to their paths."

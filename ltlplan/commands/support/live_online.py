@@ -14,6 +14,8 @@ from ltlplan.commands.support.followed import followed
 from ltlplan.commands.support.links import (
     Asked,
     below_starts,
+    controllers_said,
+    flying_controllers,
     places_of,
     require_batteries,
     require_sense,
@@ -119,6 +121,8 @@ def online_over_link(mission: Mission, out: Path | None, asked: Asked, said: Sai
             link = opened.enter_context(closing(robots))
         if not json:
             typer.echo(batteries, nl=bool(batteries))
+            flown = flying_controllers(asked.kind, everybody, said.conditions(everybody))
+            typer.echo(controllers_said(flown, everybody, streamed=asked.kind != "simulated"))
         view, grounds = View(quiet=json), {name: place[2] for name, place in stand.items()}
         seen = seen_at(services(news), link, view.show, lambda: course.team.mission, hears=True)
         with interrupts_land() as heard, seen as (observed, operator):
