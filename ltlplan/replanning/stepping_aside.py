@@ -1,7 +1,8 @@
-"""Robots that step aside: to a place in free flight off the others' ways, where no flight of the planned words was found.
+"""Robots that step aside: to a place off the others' ways, where no flight of the planned words was found.
 
-Planning has robots rest in regions alone. So one that ends, or hovers, where another one has to pass is led on to a place off all other ways, once its
-visits are made. One that flies from place to place within a region which the formula lets it leave is led around outside of it.
+Planning has robots rest in middles of regions alone. So one that ends, or hovers, where another one has to pass is led on to a place off all other
+ways, once its visits are made: in free flight, or in a region in which it ends. One that flies from place to place within a region which the formula
+lets it leave is led around outside of it.
 """
 
 from __future__ import annotations
@@ -13,10 +14,11 @@ from functools import cached_property
 
 import numpy as np
 
-from ltlplan.free_space.free_space import FreeSpace
+from ltlplan.free_space.free_space import Place
 from ltlplan.paths.costs import cost_of, plan_cost, team_cost
 from ltlplan.search.orders.planned_words import hold_under_precedences
 from ltlplan.systems.region_labels import Layout
+from ltlplan.systems.routes import Routes
 from verify.data import Letter, Plan, RobotPlan, Word
 from verify.data.arrays import Floats
 from verify.data.plan import Visit, Waypoint
@@ -24,8 +26,8 @@ from verify.data.validation.spacing import spacing_of
 
 _GRID = 0.2
 """m between places that are looked at."""
-_LOOKED_AT = 24
-"""Places, the nearest ones first, to which a way is looked for."""
+_LOOKED_AT = 12
+"""Places in the same regions, the nearest ones first, to which a way is looked for."""
 _ASIDE = 0.2
 """m beyond what robots keep that a place lies off the straight ways of others: smooth ones leave these."""
 _BACK = (0.75, 0.5, 0.9)
@@ -43,8 +45,8 @@ def aside(plan: Plan, pair: Sequence[str]) -> Iterator[Plan]:
     """
     for name, other in itertools.permutations(pair, 2):
         robot = _Robot(plan, name)
-        for changed in (robot.led_on(other), *robot.led_around()):
-            if changed is not None and hold_under_precedences(made := _with(plan, name, changed)):
+        for changed in (*robot.led_on(other), *robot.led_around()):
+            if hold_under_precedences(made := _with(plan, name, changed)):
                 place = next(at.position for at in changed.waypoints if at not in plan.robots[name].waypoints)
                 yield made.noting(f"{name} flies by ({', '.join(f'{x:.2f}' for x in place)}), out of the way of {other}.")
 
@@ -78,25 +80,24 @@ class _Robot:
         return Layout(self.plan.mission)
 
     @cached_property
-    def _space(self) -> FreeSpace:
-        return FreeSpace.of(self.plan.mission, self.plan.mission.vehicle_of(self.name).radius)
+    def _routes(self) -> Routes:
+        mission = self.plan.mission
+        return Routes(mission, mission.vehicle_of(self.name).radius, mission.regions)
 
-    def led_on(self, other: str) -> RobotPlan | None:
-        """Return its plan with a way on to a place aside; None where it ends off another robot's way, or where it has to."""
+    def led_on(self, other: str) -> Iterator[RobotPlan]:
+        """Yield its plan with a way on to a place aside, in the regions in which it ends or out of them; nothing where it ends off the other's way, or where it has to."""
         mission, kept, last = self.plan.mission, spacing_of(self.plan.mission), np.array(self.own.waypoints[-1].position)
         near = _apart(last[None], _way(self.plan.robots[other]), kept.z_scale).min() < kept.at_rest
         if not near or mission.agents[self.name].end is not None or _starts_in_the_way(self.plan, self.name, other):
-            return None
+            return
+        shown, seen = self.own.word.letters[-1], set[tuple[Letter, ...]]()
         for place in self._places(last, last):
             found = self._leg(last, place)
-            if found is not None:
-                way, letters = found
-                shown = self.own.word.letters[-1]
-                if letters[0] != shown & mission.all_regions.keys():
-                    return None
-                more = [letter | (shown - mission.all_regions.keys()) for letter in letters[1:]]
-                return self._flying([*self.own.waypoints, *_vias(way[1:])], [*self.own.word.letters, *more], self.own.visits)
-        return None
+            if found is not None and found[1] not in seen and found[1][0] == shown & mission.all_regions.keys():
+                seen.add(found[1])
+                more = [letter | (shown - mission.all_regions.keys()) for letter in found[1][1:]]
+                letters = [*self.own.word.letters, *(more if len(set(found[1])) > 1 else ())]
+                yield self._flying([*self.own.waypoints, *_vias(found[0][1:])], letters, self.own.visits)
 
     def led_around(self) -> Iterator[RobotPlan]:
         """Yield its plan with a leg within a region led around outside of it, once for each such leg."""
@@ -139,7 +140,7 @@ class _Robot:
         return None
 
     def _places(self, start: Floats, end: Floats) -> Iterator[Floats]:
-        """Yield places aside in free flight, those by which the straight ways are shortest first."""
+        """Yield places aside in no regions but those around both ends, by which the straight ways are shortest first; of some regions, else the one farthest off others' ways."""
         from refine.corridor.legs import CLEARANCE, bodies_of
 
         mission, kept = self.plan.mission, spacing_of(self.plan.mission)
@@ -148,19 +149,25 @@ class _Robot:
         axes = [np.linspace(low[k], high[k], max(1, int((high[k] - low[k]) / _GRID) + 1)) for k in range(2)]
         grid = np.stack(np.meshgrid(*axes, [start[2]], indexing="ij"), axis=-1).reshape(-1, 3)
         bodies, free = bodies_of(mission, self.name, CLEARANCE), np.ones(len(grid), dtype=bool)
-        for body in (*bodies.regions.values(), *bodies.rings.values(), *bodies.solids):
+        around = {*self._layout.at(_point(start)).inside} & {*self._layout.at(_point(end)).inside}
+        closed = (body for name, body in bodies.regions.items() if name not in around)
+        for body in (*closed, *bodies.rings.values(), *bodies.solids):
             free &= body.signed_distance(grid) > 0.0
-        for other, robot in self.plan.robots.items():
-            if other != self.name:
-                free &= _apart(grid, _way(robot), kept.z_scale) >= kept.distance + _ASIDE
-        places = grid[free]
-        lengths = np.linalg.norm(places - start, axis=1) + np.linalg.norm(places - end, axis=1)
-        yield from places[np.argsort(lengths.round(6), kind="stable")[:_LOOKED_AT]]
+        ways = [_apart(grid, _way(robot), kept.z_scale) for other, robot in self.plan.robots.items() if other != self.name]
+        off = np.where(free, np.min(ways, axis=0), 0.0)
+        lengths = np.linalg.norm(grid - start, axis=1) + np.linalg.norm(grid - end, axis=1)
+        held = self._layout.regions_at(grid)
+        for regions in dict.fromkeys(held[k] for k in np.argsort(lengths.round(6), kind="stable") if free[k]):
+            these = np.flatnonzero([free[k] and held[k] == regions for k in range(len(grid))])
+            far = these[off[these] >= kept.distance + _ASIDE]
+            yield from grid[far[np.argsort(lengths[far].round(6), kind="stable")[:_LOOKED_AT]]]
+            if not len(far) and off[these].max() > kept.distance / 2.0:
+                yield grid[these[np.argmax(off[these].round(6))]]
 
     def _leg(self, start: Floats, end: Floats) -> tuple[Floats, tuple[Letter, ...]] | None:
         """Return a way, and the regions in which it is; None where there is none, or that is not clear."""
         one, other = (self._layout.at(_point(point)) for point in (start, end))
-        way = self._space.way(start, end, frozenset(one.inside) | frozenset(other.inside))
+        way = self._routes.way(*(Place(at.point, frozenset(at.inside)) for at in (one, other)))
         letters = None if way is None else self._layout.along(one, way, other)
         return None if way is None or letters is None else (way, letters)
 

@@ -14,7 +14,7 @@ from ltlplan.search.counting.counting_propositions import Marks, shows
 from ltlplan.search.counting.planning import plan_counts
 from ltlplan.search.explanations.count_laws import laws_of_counts, laws_of_turns, no_word, propositions_of, some_word
 from ltlplan.search.explanations.inquiry import Inquiry, all_of, as_written
-from ltlplan.search.explanations.reasons import narrow_past
+from ltlplan.search.explanations.reasons import leads_through, narrow_past
 from ltlplan.search.explanations.relaxed_systems import without
 from ltlplan.search.explanations.unsatisfiable_cores import NoPlan, edge_sentence, missing_edges, opened_to_all
 from ltlplan.search.orders.state_sets import Reading, shown_at
@@ -59,7 +59,12 @@ def no_counted_plan(problem: Problem, kinds: Sequence[str], rooms: Mapping[str, 
         or _at_one_instant(mission, systems, core, rooms)
         or [
             *_closed(mission, core),
-            *(_unreached(problem, core) or narrow_past(inquiry, core) or _needed(problem, core, kinds, rooms)),
+            *(
+                _unreached(problem, core)
+                or narrow_past(inquiry, core)
+                or _needed(problem, core, kinds, rooms)
+                or leads_through(inquiry, core)
+            ),
             *(_crowded(mission, systems, rooms, core) if rooms and _possible(core, systems, kinds, {}) else ()),
         ]
     )

@@ -47,8 +47,20 @@ def reasons_against(inquiry: Inquiry, core: list[Formula]) -> list[str]:
             return reasons
     if len(core) > 1:
         return ["Each part of this can hold without the others, but no order of visits serves them all."]
-    through = [f"Every way to {joined_names(names)} leads through '{region}'." for region, names in _in_front(inquiry, core)]
-    return through[:1] or ["Some words satisfy this, but none that can be flown from these starts along these edges."]
+    return leads_through(inquiry, core) or [
+        "Some words satisfy this, but none that can be flown from these starts along these edges."
+    ]
+
+
+def leads_through(inquiry: Inquiry, core: Sequence[Formula]) -> list[str]:
+    """Say through which region every way leads to what requirements name, if the core could hold were it not there.
+
+    Args:
+        inquiry: Into whose mission.
+        core: The requirements.
+    """
+    found = (f"Every way to {joined_names(names)} leads through '{region}'." for region, names in _in_front(inquiry, core))
+    return list(itertools.islice(found, 1))
 
 
 def _free_between(inquiry: Inquiry, core: list[Formula]) -> list[str]:

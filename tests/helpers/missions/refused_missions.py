@@ -255,6 +255,10 @@ CASES = {
         "F a.right", _TWO.replace("0.5", "0.3"), ("stays within 'room'", "a region outside to go by", "a wider 'room' there"),
         f"{_RIGHT}, room: {_box(0, 0, 3.9, 0.8)}", _BLOCK, never=("overlap", "cannot reach"),
     ),
+    "a robot by name would have to pass a forbidden region": Refused(
+        "G(a.left -> F b.right) & F a.left & G !b.door", f"a: {_at(-0.9, 0.5)}, b: {_at(-0.9, -0.5)}", ("Every way to right leads through 'door'.",),
+        f"{_LEFT}, {_RIGHT}, {_between('door', 0, 0, 0.3, 0.5)}", _walls(0, 0.1, 0.5), never=("each waits",),
+    ),
     "counted robots have a gap that is too narrow": Refused(
         "F(count(right) >= 1) & G(count(strip) <= 0)", _TWO, ("No way past 'strip' leads", "0.1 m wide between 'north' and 'strip'", "more than 0.17 m"),
         f"{_RIGHT}, strip: {_box(0, 0, 0.4, 0.3)}", _walls(0, 0.1, 0.5), never=("needs strip",),
@@ -314,8 +318,15 @@ STEPS_ASIDE = {
     "two robots that do nothing come out first": Refused(
         "F c.deep", f"a: {_at(0.6, 0)}, b: {_at(0.1, 0)}, c: {_at(-1.5, 0)}", (), _DEEP, _DEAD_END
     ),
+    "the one in front comes back into the room": Refused(
+        "G all(room) & F a.nook & F b.nook", f"a: {_at(1.2, 0)}, b: {_at(-1.5, -0.3)}", (),
+        f"{_between('nook', 1.6, 0, 0.3, 0.3)}, room: {{union: [{_box(-1.2, 0, 1.4, 1.6, 0.2)}, {_box(0.6, 0, 2.6, 0.3, 0.2)}]}}",
+    ),
+    "a robot that may not leave a region makes room in it": Refused(
+        "F a.right & G b.mid", f"a: {_at(-1.2, 0)}, b: {_at(0, 0)}", (), f"{_RIGHT}, {_between('mid', 0, 0, 0.4, 1.2)}", _walls(0, 1.0, 0.9)
+    ),
 }  # fmt: skip
-"""Missions that were refused, as planning has robots rest in regions alone: a robot has to step aside into free flight."""
+"""Missions that were refused, as planning has robots rest in regions alone: a robot has to step aside to a place of its own."""
 
 
 def strangers(mission: Mission, sentence: str) -> list[str]:

@@ -1,4 +1,4 @@
-"""Robots that step aside into free flight: flown where another one has to pass, judged by the checker and by distances on a grid."""
+"""Robots that step aside: flown where another one has to pass, judged by the checker and by distances of their places from all other ways."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ def planned(text: str) -> Plan:
     return ltlplan.plan(parse_mission(text))
 
 
-@pytest.mark.parametrize("name", STEPS_ASIDE)
-def test_a_place_aside_is_in_free_flight_and_off_all_other_ways(name: str) -> None:
+@pytest.mark.parametrize("name", [name for name in STEPS_ASIDE if "makes room" not in name])
+def test_a_place_aside_is_off_all_other_ways(name: str) -> None:
     plan = planned(STEPS_ASIDE[name].text)
     other_plan = next(aside(plan, list(plan.robots)[-2:]))
     (robot,) = [each for each in plan.robots if other_plan.robots[each] != plan.robots[each]]
@@ -50,7 +50,9 @@ def test_no_robot_steps_aside_where_it_may_not_or_has_no_place(name: str) -> Non
     assert not list(aside(plan, list(plan.robots)))
 
 
-@pytest.mark.parametrize("name", ["one of two robots may not leave a room", "a region holds both robots that swap places"])
+@pytest.mark.parametrize(
+    "name", ["one of two robots may not leave a room", "a robot that may not leave a region makes room in it"]
+)
 def test_a_plan_with_a_robot_aside_is_certified(name: str) -> None:
     plan = planned(STEPS_ASIDE[name].text)
     assert certified_team(next(aside(plan, list(plan.robots)))).certificate.holds
