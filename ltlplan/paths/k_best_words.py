@@ -29,7 +29,7 @@ from ltlplan.paths.costs import Sampling, WeightedCost, cost_by_legs, cost_of, e
 from ltlplan.paths.hoops.sequencer import metres_of_laps
 from ltlplan.paths.improvement import RAMPS, improved_path, with_ramped_times
 from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
-from ltlplan.paths.team_laps import lay_laps
+from ltlplan.paths.team_laps import cost_of_all_laps, lay_laps
 from ltlplan.paths.unnamed_regions import finished, lay_beside
 from ltlplan.search.exact import assign, shutting
 from ltlplan.search.exact import exact as exact_by_legs
@@ -306,11 +306,10 @@ class _Prices:
             return math.inf
         if self._counted > 1:
             return weighted_metres(self._mission)[name] * metres_of_laps(self._counted, path)
-        function = cost_of(self._mission, name)
-        self._paths[name, does] = path
+        function, self._paths[name, does] = cost_of(self._mission, name), path
         ramped = path if path.hovers or self._laps else with_ramped_times(path, function)
         self.bounded = self.bounded and all(plan_cost(ramped, term) >= 0 for term in self._others)
-        return path.cost if self._laps else plan_cost(ramped, function)
+        return cost_of_all_laps(self._mission, name, path) if self._laps else plan_cost(ramped, function)
 
     @memoized
     def improved(self, name: str, does: Itinerary, seed: int) -> RobotPlan:

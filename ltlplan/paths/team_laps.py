@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ltlplan.allocation import Itinerary
+from ltlplan.paths.costs import cost_of, plan_cost
 from ltlplan.paths.final_hover import then_hovering
 from ltlplan.paths.improvement import without_swings
 from ltlplan.paths.nominal import lay_path
@@ -35,7 +36,23 @@ def lay_laps(mission: Mission, name: str, does: Itinerary) -> tuple[RobotPlan, t
     visits = (*(Visit(region=region) for region in here), *does.visits[begins:])
     again = one_lap(mission, {name: rest})
     lap, more = _steady(again, name, Itinerary(visits, Word((reached.letters[-1], *cycle))))
-    return _joined(mission, once, lap, len(here), word), (*notes, *more)
+    return _joined(once, lap, len(here), word), (*notes, *more)
+
+
+def cost_of_all_laps(mission: Mission, name: str, path: RobotPlan) -> float:
+    """Return what a robot's path costs with all its laps, of which its own cost counts the first.
+
+    Args:
+        mission: Says how many are flown.
+        name: Of the robot.
+        path: As it was laid.
+    """
+    if path.cycle_waypoint is None or path.hovers:
+        return path.cost
+    begins = path.cycle_waypoint
+    times = tuple(time - path.times[begins] for time in path.times[begins:])
+    lap = path.model_copy(update={"waypoints": path.waypoints[begins:], "times": times, "cycle_waypoint": None})
+    return path.cost + (mission.spec.repeat - 1) * plan_cost(lap, cost_of(mission, name))
 
 
 def _steady(mission: Mission, name: str, does: Itinerary) -> tuple[RobotPlan, tuple[str, ...]]:
@@ -44,7 +61,7 @@ def _steady(mission: Mission, name: str, does: Itinerary) -> tuple[RobotPlan, tu
     return finished(mission, name, does, path, lambda few, laid: without_swings(few, name, laid)), notes
 
 
-def _joined(mission: Mission, once: RobotPlan, lap: RobotPlan, begun: int, word: Word) -> RobotPlan:
+def _joined(once: RobotPlan, lap: RobotPlan, begun: int, word: Word) -> RobotPlan:
     """Return prefix and lap as one plan; of the lap's visits the first `begun` are under way when it begins."""
     shift = len(once.visits) - begun
     waypoints = [
@@ -59,6 +76,6 @@ def _joined(mission: Mission, once: RobotPlan, lap: RobotPlan, begun: int, word:
             "times": (*once.times, *(once.times[-1] + time for time in lap.times[1:])),
             "cycle_visit": len(once.visits),
             "cycle_waypoint": len(once.waypoints) - 1,
-            "cost": once.cost + mission.spec.repeat * lap.cost,
+            "cost": once.cost + lap.cost,
         }
     )

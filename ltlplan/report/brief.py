@@ -63,7 +63,7 @@ def _found(result: Result) -> list[str]:
         )
     bound = plan.lower_bound
     known = f"; no plan costs less than {bound:.3f}" if plan.method == "exact" and bound is not None and bound > TINY else ""
-    lines.append(f"cost {plan.cost:.3f} (method {plan.method}{known}), {result.certificate.duration:.2f} s of flight")
+    lines.append(f"cost {plan.cost_text} (method {plan.method}{known}), {result.certificate.duration:.2f} s of flight")
     notes = [f"note: {note}" for note in plan.notes]
     return [*lines, *notes[:NOTES]]
 

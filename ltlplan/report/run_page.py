@@ -183,7 +183,7 @@ def _facts(result: Result, end: float) -> list[tuple[str, str, str]]:
         facts.append(("Proof", checked_of(certificate.claims), "claims checked by the kernel"))
     alike = ", ".join(f"{name} {weight:g}" for name, weight in mission.planner.cost.items() if weight)
     weights = objective_text(mission) or alike
-    facts.append(("Cost", f"{result.plan.cost:.3f}", f"{weights}; {result.plan.method}"))
+    facts.append(("Cost", result.plan.cost_text, f"{weights}; {result.plan.method}"))
     return facts
 
 

@@ -30,8 +30,7 @@ def plan_lines(plan: Plan) -> list[str]:
         lines.append(f"          word {robot.word}")
         if not mission.of_one_kind:
             lines.append(f"          flies {kind_text(mission, name)}")
-    lasso = any(robot.cycle_visit is not None for robot in plan.robots.values())
-    lines.append(f"cost      {plan.cost:.3f} ({plan.method}, seed {plan.seed}{'; prefix and one lap' if lasso else ''})")
+    lines.append(f"cost      {plan.cost_text} ({plan.method}, seed {plan.seed})")
     if plan.method == "exact" and plan.lower_bound is not None:
         gap = max(0.0, plan.cost / plan.lower_bound - 1) if plan.lower_bound > TINY else math.inf
         how = "not known" if math.isinf(gap) else f"{100 * gap:.1f} %"

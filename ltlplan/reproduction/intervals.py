@@ -185,12 +185,12 @@ INTERVALS: Mapping[str, Mapping[str, Expectation]] = {
     },
     "2022-fig-10": {
         "quad0: visits": text("water smoke loc2"),
-        "quad0: cost": drawn(5.56),
-        "quad0: length": drawn(3.21),
+        "quad0: cost": drawn(5.33),
+        "quad0: length": drawn(3.26),
         "quad1: visits": text("stays"),
         "quad2: visits": text("loc1"),
-        "quad2: cost": drawn(2.28),
-        "quad2: length": drawn(1.23),
+        "quad2: cost": drawn(2.25),
+        "quad2: length": drawn(1.21),
         "the paper's words, in every order": text("fails"),
     },
     "2022-fig-11": {

@@ -47,7 +47,7 @@ class Figures(Told):
         seed: Source of every draw.
         state: How far the job is; "deleted" where it is not there any more.
         problem: Why it failed; empty where it did not.
-        cost: The plan's cost.
+        cost: The plan's cost; of laps the first counts, and what leads to it.
         lower_bound: No assignment costs less, wherever regions are touched.
         duration: The flight's, s.
         margin: Margin that is proved, m.

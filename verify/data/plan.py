@@ -73,7 +73,7 @@ class RobotPlan(Value):
             visits where the cycle visits nothing (a hover).
         cycle_waypoint: Index of the waypoint at which the cycle begins; None for a finite flight.
         hold: s that the robot waits at its start before it departs.
-        cost: The robot's own cost under the planner's cost function.
+        cost: The robot's own cost under the planner's cost function; of laps the first counts, and what leads to it.
     """
 
     word: Word
@@ -185,7 +185,7 @@ class Plan(Value):
         hovers: Hovers that bounds in seconds ask for: dwells, waits until something may begin, and what lasts after the last arrival.
         method: Which planner made it.
         seed: The seed it was made with.
-        cost: Value of the objective (sum, or longest robot).
+        cost: Value of the objective (sum, or longest robot); of laps the first counts, and what leads to it.
         lower_bound: No plan of this mission has a smaller `cost`: in the same unit, also of prefix and one lap. Never above `cost`; None
             where no bound is known. It counts straight lines between regions at their nearest, and terms without a bound as 0.
         complete: Whether the search was exhausted, so that the discrete objective is optimal.
@@ -204,11 +204,17 @@ class Plan(Value):
     complete: bool = False
     notes: tuple[str, ...] = ()
 
+    @property
+    def cost_text(self) -> str:
+        """The cost for a person, and of what it is where laps are flown."""
+        laps = any(robot.cycle_visit is not None and not robot.hovers for robot in self.robots.values())
+        return f"{self.cost:.3f}{' of prefix and one lap' if laps else ''}"
+
     def __repr__(self) -> str:
         visits = "; ".join(
             f"{name}: {' '.join(v.region for v in robot.visits) or 'stays'}" for name, robot in self.robots.items()
         )
-        return f"<Plan of '{self.mission.name}' by {self.method}, cost {self.cost:.3f}: {visits}>"
+        return f"<Plan of '{self.mission.name}' by {self.method}, cost {self.cost_text}: {visits}>"
 
     def __str__(self) -> str:
         return repr(self)

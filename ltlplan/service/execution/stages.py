@@ -130,6 +130,7 @@ def _plan(mission: Mission, progress: Progress, budget: Budget) -> Outcome:
         "words": {name: str(word) for name, word in made.words.items()},
         "visits": {name: visits(robot) for name, robot in made.robots.items()},
         "cost": made.cost,
+        "cost_text": made.cost_text,
         "lower_bound": made.lower_bound,
         "complete": made.complete,
         "method": made.method,

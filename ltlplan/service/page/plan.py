@@ -299,7 +299,10 @@ def _plan(found: Found) -> None:
         if found.get("lower_bound") is None
         else (", the cheapest" if found.get("complete") else ", not sure to be the cheapest")
     )
-    Words("p", f"Cost {found['cost']:.3f} by the method {found['method']}{bound if found['method'] == 'exact' else ''}.")
+    Words(
+        "p",
+        f"Cost {found.get('cost_text') or format(found['cost'], '.3f')} by the method {found['method']}{bound if found['method'] == 'exact' else ''}.",
+    )
     for note in found["notes"]:
         Words("p", note, "soft")
 
