@@ -2,7 +2,8 @@
 
 Begin with `frame`, which puts the tabs together: `missions` (Write), `plan`, `certificate_tab` (Trust), `simulations_tab`, `recording_tab` (Judge), `downloads_tab` (Take
 away), `comparison` (Compare), `live` and `people_tab`. A flight is watched in `assets/flight.js`. `session_state` is what one person has open, `addresses` are those
-of views, `derived_jobs` what was made of a flight. `next_steps` stands in empty tabs, `folding` shows the beginning of what is long. `elements` are the page's own parts over NiceGUI, whose scripts are in `assets`. `judging` runs in workers, as all that computes.
+of views, `derived_jobs` what was made of a flight. `next_steps` stands in empty tabs, `folding` shows the beginning of what is long. `elements` and `components` are the page's own parts over NiceGUI; scripts
+of the latter are in `assets`. `judging` runs in workers, as all that computes.
 NiceGUI is loaded only where pages are served.
 """
 

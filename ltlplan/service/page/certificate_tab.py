@@ -8,7 +8,8 @@ from __future__ import annotations
 from collections.abc import Awaitable, Callable
 from typing import TYPE_CHECKING, Any
 
-from ltlplan.service.page.elements import Flight, Part, Words, box, button
+from ltlplan.service.page.components import Flight
+from ltlplan.service.page.elements import Part, Words, box, button
 from ltlplan.service.page.missions import checking
 from ltlplan.service.page.next_steps import next_steps
 from verify.data import LtlplanError

@@ -14,8 +14,9 @@ from ltlplan.service.api.application import answer_bug, answer_of
 from ltlplan.service.page.addresses import read_address, visit
 from ltlplan.service.page.certificate_tab import trust_tab
 from ltlplan.service.page.comparison.compare_tab import compare_tab
+from ltlplan.service.page.components import Flight, StopBar
 from ltlplan.service.page.downloads_tab import take_away_tab
-from ltlplan.service.page.elements import Flight, StopBar, Words, box, button, view_link
+from ltlplan.service.page.elements import Words, box, button, view_link
 from ltlplan.service.page.live import live_tab
 from ltlplan.service.page.missions.write import write_tab
 from ltlplan.service.page.people_tab import people_tab

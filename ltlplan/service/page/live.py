@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
-from ltlplan.service.page.elements import LiveView, Part, Words, box, button, submitted, table
+from ltlplan.service.page.components import LiveView
+from ltlplan.service.page.elements import Part, Words, box, button, submitted, table
 from ltlplan.service.people.roles import Action
 from verify.data import LtlplanError
 

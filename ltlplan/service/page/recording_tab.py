@@ -11,8 +11,9 @@ from nicegui.elements.upload_files import FileUpload
 from nicegui.events import UploadEventArguments
 
 from ltlplan.service.execution.derived import SHOWN, RecordingKept
+from ltlplan.service.page.components import Flight
 from ltlplan.service.page.derived_jobs import DerivedJobs
-from ltlplan.service.page.elements import Flight, Words, box, button
+from ltlplan.service.page.elements import Words, box, button
 from ltlplan.service.page.judging import recording_asked
 from ltlplan.service.page.next_steps import next_steps
 from ltlplan.service.people.roles import Action

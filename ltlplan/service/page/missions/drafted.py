@@ -15,7 +15,8 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
 from ltlplan.service.log import note
-from ltlplan.service.page.elements import Editor, Part, Words, box, button
+from ltlplan.service.page.components import Editor
+from ltlplan.service.page.elements import Part, Words, box, button
 from ltlplan.service.storage.drafts import OF_JOB, Draft
 from verify.data import BadInput
 

@@ -8,7 +8,8 @@ from nicegui import ui
 
 from ltlplan.missions import shipped_mission_text, shipped_missions, template_text
 from ltlplan.service.page.comparison.varying import begin_study
-from ltlplan.service.page.elements import Editor, Words, World, box, button, say
+from ltlplan.service.page.components import Editor, World
+from ltlplan.service.page.elements import Words, box, button, say
 from ltlplan.service.page.missions import checking
 from ltlplan.service.page.missions.drafted import Drafted
 from ltlplan.service.page.missions.stored import Stored
