@@ -17,6 +17,7 @@ from ltlplan.mtac.agent_moves import AgentState, World
 from ltlplan.mtac.decomposable_task import Reader, States
 from ltlplan.search.label_setting import distances
 from ltlplan.search.memoization import memoized
+from ltlplan.search.numbering import closure
 from verify.data.shapes.inequalities import Point
 
 Metric = Callable[[str, Point, str], float]
@@ -87,19 +88,17 @@ class AdmissibleHeuristic:
             return table
         into: dict[_Node, list[tuple[_Node, float]]] = defaultdict(list)
         ends: set[_Node] = set()
-        seen: set[_Node] = {root}
-        stack: list[_Node] = [root]
         starts = self._start_classes(free)
-        while stack:
-            node = stack.pop()
+
+        def onwards(node: _Node) -> Iterator[_Node]:
             for target, cost, final in self._edges(node, starts):
                 if final:
                     ends.add(node)
-                    continue
-                into[target].append((node, cost))
-                if target not in seen:
-                    seen.add(target)
-                    stack.append(target)
+                else:
+                    into[target].append((node, cost))
+                    yield target
+
+        seen = list(closure([root], onwards))
         costs = distances(ends, lambda node: into[node])
         table = {node: costs.get(node, math.inf) for node in seen if len(node) > 1}
         self._tables[free] = {**self._tables.get(free, {}), **table}

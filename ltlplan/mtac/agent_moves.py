@@ -15,6 +15,7 @@ from functools import cached_property
 
 from ltlplan.allocation import Itinerary
 from ltlplan.search.memoization import memoized
+from ltlplan.search.numbering import closure
 from ltlplan.systems.region_graph import RegionGraph, RestPoint, Transition
 from ltlplan.systems.region_labels import Location
 from ltlplan.systems.visit_log import VisitLog
@@ -136,14 +137,9 @@ class World:
         if self.overlaps:
             points = [self._point(self.start(robot)) for robot in self.mission.agents]
             points += [point for region in self.graph.places for point in self.graph.middles(region)]
-            seen = set(points)
-            for point in points:  # grows while it is walked
+            for point in closure(points, lambda point: (way.end for way in self.graph.transitions(point))):
                 sets.update((frozenset(point.location.inside), frozenset(self.graph.around(point) or ())))
-                for transition in self.graph.transitions(point):
-                    sets.update(transition.letters or ())
-                    if transition.end not in seen:
-                        seen.add(transition.end)
-                        points.append(transition.end)
+                sets.update(*(way.letters or () for way in self.graph.transitions(point)))
         free = {frozenset(names) for view in self._views.values() for names in view.robot.states.values()}
         return frozenset(own | regions for own in free for regions in sets)
 

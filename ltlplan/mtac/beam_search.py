@@ -131,13 +131,9 @@ class BeamSearch:
     def finished(self, one: BeamNode) -> Iterator[BeamNode]:
         """Yield the walk as a finished one, if all robots' words hold in every order when it stops here."""
         for leaves in self.endings(one):
-            tasks = dict(one.tasks)
-            if one.order:
-                tasks[one.order[-1]] = replace(tasks[one.order[-1]], leaves=leaves)
+            tasks = {**one.tasks, **{robot: replace(one.tasks[robot], leaves=leaves) for robot in one.order[-1:]}}
             if self.holds(tasks):
-                costs = {**one.costs}
-                if one.order:
-                    costs[one.order[-1]] = self.cost(one.order[-1], tasks[one.order[-1]])
+                costs = {**one.costs, **{robot: self.cost(robot, tasks[robot]) for robot in one.order[-1:]}}
                 score = self.score(costs, 0.0)
                 if math.isfinite(score):
                     yield replace(one, tasks=tasks, costs=costs, score=score)
@@ -191,12 +187,10 @@ class BeamSearch:
 
     def neighbours(self, one: BeamNode) -> Iterator[tuple[float, BeamNode]]:
         """Yield (lower bound, walk) for one more visit by the robot under way, or by another where D allows it."""
-        if one.order:
-            robot = one.order[-1]
-            yield from self.continued(one, one.states, robot, one.tasks[robot], first=False)
         states, tasks = one.states, one.tasks
         if one.order:
             robot = one.order[-1]
+            yield from self.continued(one, states, robot, tasks[robot], first=False)
             usual = tasks[robot].leaves
             # the last region is left, or not, as is usual for it, unless only the other choice divides the task
             choices = [

@@ -5,6 +5,7 @@ Where a task may be divided, whether words hold in every order, and which letter
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Container, Hashable, Iterable, Mapping, Sequence
 from functools import cached_property
 from typing import Any, Protocol
@@ -14,9 +15,10 @@ from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.logic.decomposition import decomposes_from
 from ltlplan.logic.translation import translate
 from ltlplan.mtac.agent_moves import World
-from ltlplan.search.counting.counting_propositions import shows
+from ltlplan.search.counting.counting_propositions import true_atoms
 from ltlplan.search.every_order import hold_in_every_order
 from ltlplan.search.memoization import memoized
+from ltlplan.search.numbering import closure
 from verify.data import Letter
 from verify.data.language.counting import atoms
 
@@ -82,16 +84,12 @@ class Reader:
         Args:
             held: Each robot's letter.
         """
-        return union_of(held).union(self._true(tuple(held.items())) if self._atoms else ())
+        return union_of(held) | (self._true(tuple(held.items())) if self._atoms else frozenset())
 
     @memoized
     def _true(self, held: tuple[tuple[str, Letter], ...]) -> Letter:
         """Return what holds of single robots, and of how many they are."""
-        return frozenset(
-            text
-            for text, atom in self._atoms.items()
-            if sum(shows(atom.counted, letter) for robot, letter in held if atom.robot in ("", robot)) >= atom.least
-        )
+        return true_atoms(self._atoms, held)
 
     def in_decomposition_set(self, states: States, *, begun: States | None = None) -> bool:
         """Tell whether the rest may be handed to another robot: whether the states are in the decomposition set.
@@ -132,17 +130,10 @@ class Reader:
     @cached_property
     def _reachable(self) -> tuple[State, ...]:
         """All states that the robots' letters lead to; none where there are too many to look at all pairs of letters."""
-        seen, stack = {self.initial}, [self.initial]
-        while stack:
-            at = stack.pop()
-            for letter in self.shown:
-                target = self.successor(at, letter)
-                if target not in seen:
-                    seen.add(target)
-                    stack.append(target)
-            if len(seen) * len(self.shown) > MAX_COMMUTING:
-                return ()
-        return tuple(seen)
+        most = MAX_COMMUTING // len(self.shown)
+        found = closure([self.initial], lambda state: (self.successor(state, letter) for letter in self.shown))
+        seen = tuple(itertools.islice(found, most + 1))
+        return seen if len(seen) <= most else ()
 
     def holds_in_every_order(self, words: Mapping[str, Sequence[Letter]]) -> bool:
         """Tell whether the words have the sequential property (Def. 4.5)."""

@@ -8,6 +8,7 @@ is to visit, an idle robot in its way flies to a free place, if the team can sti
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Collection, Sequence
 from contextlib import suppress
 from functools import cache
@@ -93,15 +94,14 @@ def make_way(team: PilotedTeam, waiting: Sequence[str], now: float, tried: set[t
     """
     resting = [n for n in waiting if team.rests(team.pilots[n], now)]
     able = [n for n in resting if (p := team.pilots[n]).moves and not (p.entered or p.shown or p.detour)]
-    for name in able:
-        sentence = _around(team, name, now, tried)
-        if sentence is not None:
-            return sentence
-    for name in able:
-        for other in _in_the_way(team, name, now):
-            if _steps_aside(team, other, name, now):
-                return f"At {now:.2f} s {other} steps aside for {name}."
-    return None
+    led = (said for name in able if (said := _around(team, name, now, tried)) is not None)
+    aside = (
+        f"At {now:.2f} s {other} steps aside for {name}."
+        for name in able
+        for other in _in_the_way(team, name, now)
+        if _steps_aside(team, other, name, now)
+    )
+    return next(itertools.chain(led, aside), None)
 
 
 def _around(team: PilotedTeam, name: str, now: float, tried: set[tuple[str, Point]]) -> str | None:

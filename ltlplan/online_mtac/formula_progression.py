@@ -1,6 +1,6 @@
 """Progression of a formula by flown letters: the formula that is left (Bacchus and Kabanza 1998).
 
-In the air several robots move at once, so what was flown can be read in several ways (`sharing.belief`). Each way may
+In the air several robots move at once, so what was flown can be read in several ways (`possible_states`). Each way may
 leave another formula; what is left is their conjunction, so that whichever way it is read, the rest satisfies the whole.
 """
 
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import reduce
+from functools import partial, reduce
 from typing import Literal
 
 from ltlplan.logic.automaton import DEAD
@@ -72,7 +72,7 @@ def mission_left(
         Unsatisfiable: Nothing that comes can make the formula true.
     """
     untimed = [part for part in mission.bounded.conjuncts() if not part.timed]
-    asked = reduce(_and, untimed, TRUE) if mission.timed_parts else mission.formula
+    asked = _and(*untimed) if mission.timed_parts else mission.formula
     left = formula_left(asked, reader, first, shown, reading=mission.spec.team)
     if left == FALSE:
         raise Unsatisfiable("what was flown cannot be completed to satisfy the formula.")
@@ -105,7 +105,7 @@ def formula_left(
             again = [letter for letter in read if reader.successor(told.state, letter) != told.state]
             rest = _anew(told.formula, again) if again else told.formula
             found[str(rest)] = rest
-    return reduce(_and, (found[text] for text in sorted(found)), TRUE)
+    return _and(*(found[text] for text in sorted(found)))
 
 
 def progressed(node: Formula, letter: Letter) -> Formula:
@@ -127,10 +127,8 @@ def progressed(node: Formula, letter: Letter) -> Formula:
             return TRUE if node.atom in letter else FALSE
         case "!":
             return negated(progressed(parts[0], letter))
-        case "&":
-            return _and(progressed(parts[0], letter), progressed(parts[1], letter))
-        case "|":
-            return _or(progressed(parts[0], letter), progressed(parts[1], letter))
+        case "&" | "|" as operator:
+            return _joined(operator, *(progressed(part, letter) for part in parts))
         case "->":
             return _or(negated(progressed(parts[0], letter)), progressed(parts[1], letter))
         case "<->" | "xor":
@@ -160,10 +158,8 @@ def _anew(node: Formula, letters: Sequence[Letter]) -> Formula:
     """
     parts = node.arguments
     match node.operator:
-        case "&":
-            return _and(_anew(parts[0], letters), _anew(parts[1], letters))
-        case "|":
-            return _or(_anew(parts[0], letters), _anew(parts[1], letters))
+        case "&" | "|" as operator:
+            return _joined(operator, *(_anew(part, letters) for part in parts))
         case "F" | "U":
             now = _now(parts[-1])
             if now == TRUE or all(progressed(now, letter) == FALSE for letter in letters):
@@ -175,28 +171,22 @@ def _anew(node: Formula, letters: Sequence[Letter]) -> Formula:
 
 def _now(node: Formula) -> Formula:
     """Return what a formula asks of the first letter at least, a propositional formula."""
-    if node.operator == "&":
-        return _and(_now(node.arguments[0]), _now(node.arguments[1]))
-    if node.operator == "|":
-        return _or(_now(node.arguments[0]), _now(node.arguments[1]))
+    if node.operator in ("&", "|"):
+        return _joined(node.operator, *map(_now, node.arguments))
     return node if all(part.operator in _PROPOSITIONAL for part in node.walk()) else TRUE
 
 
-def _and(one: Formula, other: Formula) -> Formula:
-    return _joined("&", one, other, neutral=TRUE, ruling=FALSE)
-
-
-def _or(one: Formula, other: Formula) -> Formula:
-    return _joined("|", one, other, neutral=FALSE, ruling=TRUE)
-
-
-def _joined(operator: Literal["&", "|"], one: Formula, other: Formula, *, neutral: Formula, ruling: Formula) -> Formula:
-    """Join two formulas; what stands in both is written once, so that reading letters again makes nothing longer."""
-    parts = dict.fromkeys((*_parts(operator, one), *_parts(operator, other)))
+def _joined(operator: Literal["&", "|"], *formulas: Formula) -> Formula:
+    """Join formulas; what stands in several is written once, so that reading letters again makes nothing longer."""
+    neutral, ruling = (TRUE, FALSE) if operator == "&" else (FALSE, TRUE)
+    parts = dict.fromkeys(part for formula in formulas for part in _parts(operator, formula))
     parts.pop(neutral, None)
     if ruling in parts:
         return ruling
     return reduce(lambda left, right: Formula(operator, (left, right)), parts) if parts else neutral
+
+
+_and, _or = partial(_joined, "&"), partial(_joined, "|")
 
 
 def _parts(operator: str, formula: Formula) -> tuple[Formula, ...]:

@@ -118,13 +118,8 @@ class GlidingPath:
         return replace(self, old=self.new, new=points, since=now)
 
     def points(self, now: float) -> Floats:
-        """Points and their derivatives at a flight time. Shape (ORDERS, points, 3)."""
-        result = np.zeros((ORDERS, *self.new.shape))
-        if not self.gliding(now):
-            result[0] = self.new
-            return result
-        weights = glide(now - self.since)
-        result[:] = weights[:, None, None] * (self.new - self.old)
+        """Points and their derivatives at a flight time while they glide. Shape (ORDERS, points, 3)."""
+        result = glide(now - self.since)[:, None, None] * (self.new - self.old)
         result[0] += self.old
         return result
 
@@ -146,11 +141,10 @@ class GlidingPath:
             return by_time @ self.new
         moving = self.points(now)
         # Leibniz: both the place on the course and the points move
-        result = np.zeros((ORDERS, 3))
-        for order in range(ORDERS):
-            for k in range(order + 1):
-                result[order] += _BINOMIAL[order, k] * (by_time[k] @ moving[order - k])
-        return result
+        products = (
+            [_BINOMIAL[order, k] * (by_time[k] @ moving[order - k]) for k in range(order + 1)] for order in range(ORDERS)
+        )
+        return np.array([sum(terms, np.zeros(3)) for terms in products])
 
 
 def gliding_path_of(plan: RobotPlan, spline: LeastSnapSpline | None = None, points: Floats | None = None) -> GlidingPath:

@@ -125,13 +125,12 @@ class _Flown:
 
     def sided(self, mission: Mission) -> tuple[Visit, ...]:
         """Return the visits with the sides from which hoops were flown through; None where one was not."""
-        points, visits = np.array(self.points), []
-        for visit, first in zip(self.log.visits, self.entered, strict=True):
-            hoop, direction = mission.hoops.get(visit.region), None
-            if hoop is not None:
-                direction = _direction(hoop, points[first:])
-            visits.append(visit.model_copy(update={"direction": direction}))
-        return tuple(visits)
+        points = np.array(self.points)
+        hoops = (
+            (visit, mission.hoops.get(visit.region), first) for visit, first in zip(self.log.visits, self.entered, strict=True)
+        )
+        sides = ((visit, None if hoop is None else _direction(hoop, points[first:])) for visit, hoop, first in hoops)
+        return tuple(visit.model_copy(update={"direction": side}) for visit, side in sides)
 
 
 def _direction(hoop: Hoop, points: Floats) -> Direction | None:

@@ -2,13 +2,15 @@
 
 A task may go to another robot when nobody has begun it, its beginning is in the decomposition set, the taker is idle and
 carries what the task needs, the environment lets it go there, it is clearly cheaper, and the team can finish afterwards.
-This only tells; `sharing.team.OnlineTeam` lets the giver stop and gives both robots their new courses.
+This only tells; `online_team.OnlineTeam` lets the giver stop and gives both robots their new courses.
 """
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from operator import itemgetter
 
 from ltlplan.mtac.admissible_heuristic import Metric
 from ltlplan.mtac.agent_moves import Move, RobotTask, World
@@ -72,19 +74,16 @@ def better_hands(mission: Mission, pilots: Mapping[str, Pilot], allowed: Callabl
     if not idle:
         return None
     leg = straight_line_costs(mission)
-    best: tuple[float, Handover] | None = None
+    gains: list[tuple[float, Handover]] = []
     for giver, pilot in pilots.items():
-        position = pilot.where.position
-        for kept in range(len(pilot.moves)):
+        places = [pilot.where.position, *(move.end.position for move in pilot.moves)]
+        for kept, taker in itertools.product(range(len(pilot.moves)), idle):
             rest = pilot.moves[kept:]
-            own = _length(leg, giver, position, rest)
-            for taker in idle:
-                gain = own - _length(leg, taker, pilots[taker].where.position, rest)
-                handover = Handover(giver, taker, kept)
-                if gain > SWITCH_GAIN * own and (best is None or gain > best[0]) and allowed(handover):
-                    best = (gain, handover)
-            position = pilot.moves[kept].end.position
-    return None if best is None else best[1]
+            own = _length(leg, giver, places[kept], rest)
+            gain = own - _length(leg, taker, pilots[taker].where.position, rest)
+            gains += [(gain, Handover(giver, taker, kept))] if gain > SWITCH_GAIN * own else []
+    gains.sort(key=itemgetter(0), reverse=True)
+    return next((handover for _, handover in gains if allowed(handover)), None)
 
 
 def may_change(world: World, reader: Reader, belief: Belief, pilots: Mapping[str, Pilot], handover: Handover) -> bool:
@@ -117,8 +116,5 @@ def may_change(world: World, reader: Reader, belief: Belief, pilots: Mapping[str
 
 
 def _length(leg: Metric, robot: str, position: Point, moves: tuple[Move, ...]) -> float:
-    total = 0.0
-    for move in moves:
-        total += leg(robot, position, move.visit.region)
-        position = move.end.position
-    return total
+    places = (position, *(move.end.position for move in moves))
+    return sum((leg(robot, place, move.visit.region) for place, move in zip(places, moves, strict=False)), 0.0)

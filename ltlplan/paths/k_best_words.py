@@ -324,10 +324,10 @@ def _key(found: Allocation) -> tuple[object, ...]:
 
 def least_rates(mission: Mission) -> dict[str, float]:
     """Return what a metre costs each robot at the least, by its own weights."""
-    found = weighted_metres(mission)
-    for robot in found:
-        found[robot] += mission.weights_of(robot).get("energy", 0.0) / mission.seen_by(robot).planner.speed
-    return found
+    return {
+        robot: rate + mission.weights_of(robot).get("energy", 0.0) / mission.seen_by(robot).planner.speed
+        for robot, rate in weighted_metres(mission).items()
+    }
 
 
 def least_costs(mission: Mission) -> Cost:

@@ -59,7 +59,6 @@ def candidates(first: Candidate, refused: Iterable[Flight | Conflict], budget: B
         refused: What became of each candidate so far; it may grow while the stream is read.
         budget: Bounds on the searches for other plans.
     """
-    candidate: Candidate | None = first
     yield first
     for found in refused:
         refusal, best = Refusal.of(first, found, budget), first.better_of(found)

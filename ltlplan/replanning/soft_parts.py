@@ -208,8 +208,8 @@ def _said(mission: Mission, kept: Parts, best: Kept, choices: MostWeight) -> lis
     weight, whole = (math.fsum(parts[index].weight for index in those) for those in (kept, range(len(parts))))
     said = [f"{KEPT} {weight:g} of {whole:g} of the soft parts."]
     given_up = [index for index in range(len(parts)) if index not in kept]
-    for index in given_up[:_EXPLAINED]:
-        said.append(f"Given up: {part_text(parts[index])}; {_price(mission, index, kept, choices)}.")
+    priced = ((part_text(parts[index]), _price(mission, index, kept, choices)) for index in given_up[:_EXPLAINED])
+    said += [f"Given up: {text}; {price}." for text, price in priced]
     if given_up[_EXPLAINED:]:
         said.append(f"And {len(given_up) - _EXPLAINED} more are given up.")
     if not best.certain:

@@ -83,8 +83,6 @@ def in_units_of(mission: Mission, found: Allocation) -> Allocation:
         found: Counted as `Systems` does without a cost.
     """
     unit = unit_cost(mission)
-    if unit == 1.0:
-        return found
     robots = {name: replace(does, cost=does.cost * unit) for name, does in found.robots.items()}
     bound = None if found.lower_bound is None else found.lower_bound * unit
     return replace(found, robots=robots, cost=found.cost * unit, lower_bound=bound)

@@ -91,9 +91,8 @@ def lasso_itinerary(mission: Mission, system: TransitionSystem, prefix: tuple[in
     begins = len(_followed(system, prefix).visits)
     stops = log.stops if _begins_anew(system, prefix, cycle, log, middles) else None
     cost = path_cost(system, (*prefix, cycle[0]))
-    path_cost_of_lap = path_cost(system, (*cycle, cycle[0]))
     word = Word(stutter_free(labels[node] for node in prefix), stutter_free(labels[node] for node in cycle))
-    return Itinerary(log.visits, word, begins, cost + laps * path_cost_of_lap, stops)
+    return Itinerary(log.visits, word, begins, cost + laps * path_cost(system, (*cycle, cycle[0])), stops)
 
 
 def _lap_from(

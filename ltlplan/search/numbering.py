@@ -1,8 +1,8 @@
-"""Numbers for states of a search, in the order in which they come up."""
+"""States in the order in which they come up: their numbers, and all that some lead to."""
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable
+from collections.abc import Callable, Hashable, Iterable, Iterator
 from typing import TypeVar
 
 Key = TypeVar("Key", bound=Hashable)
@@ -31,3 +31,19 @@ class Numbers(dict[Key, int]):
         number = self[key] = len(self.known)
         self.known.append(key)
         return number
+
+
+def closure(begin: Iterable[Key], onwards: Callable[[Key], Iterable[Key]]) -> Iterator[Key]:
+    """Yield all keys that some lead to, these first, breadth first.
+
+    Args:
+        begin: Where to begin.
+        onwards: What can follow each key; asked once of each, after it was yielded.
+    """
+    found = dict.fromkeys(begin)
+    waiting = list(found)
+    for key in waiting:  # grows while it is walked
+        yield key
+        fresh = dict.fromkeys(after for after in onwards(key) if after not in found)
+        found |= fresh
+        waiting += fresh

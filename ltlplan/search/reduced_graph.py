@@ -16,6 +16,7 @@ from dataclasses import dataclass, field, replace
 from ltlplan.logic.product_automaton import Task
 from ltlplan.logic.transition_monoid import Element, TransitionMonoid
 from ltlplan.search.label_setting import BestFirst
+from ltlplan.search.numbering import closure
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Letter
 
@@ -132,15 +133,12 @@ class ReducedGraph:
 
     def reached(self) -> list[tuple[int, int]]:
         """Return all nodes that matter and can be reached, by their names in the whole team."""
-        found: dict[tuple[int, int], None] = {}
-        for robot, start in enumerate(self.start):
-            waiting = [start]
-            for node in waiting:  # grows while it is walked
-                key = self.key(robot, node)
-                if key not in found:
-                    found[key] = None
-                    waiting += [target for target, _ in self.successors(robot, node).edges]
-        return list(found)
+
+        def onwards(key: tuple[int, int]) -> Iterator[tuple[int, int]]:
+            robot = max(key[0], 0)
+            return (self.key(robot, target) for target, _ in self.successors(robot, key[1]).edges)
+
+        return list(closure([self.key(robot, start) for robot, start in enumerate(self.start)], onwards))
 
     def _entering(self) -> list[float]:
         entering = [float("inf")] * len(self.team.letters)

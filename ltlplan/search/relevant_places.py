@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from ltlplan.free_space.free_space import FreeSpace, Place
 from ltlplan.logic.signed_parts import signed_parts
+from ltlplan.search.numbering import closure
 from ltlplan.systems.region_labels import Layout
 from verify.data import Mission
 from verify.data.language.formula import FREE
@@ -34,17 +35,12 @@ def places_that_matter(mission: Mission, layout: Layout, few: int = FEW) -> froz
     written = mission.written
     if any(node.name == FREE and not sign for node, sign in signed_parts(written)):
         return None
-    matter = set(written.names() & mission.all_regions.keys())
-    matter |= {action.at for robot in mission.agents for action in mission.robot_of(robot).actions}
-    waiting = list(matter)
-    for name in waiting:  # grows while it is walked
-        fresh = layout.neighbours[name] - matter
-        matter |= fresh
-        waiting += sorted(fresh)
-    return frozenset(matter) if _reach_each_other(mission, layout, matter) else None
+    acted = {action.at for robot in mission.agents for action in mission.robot_of(robot).actions}
+    matter = frozenset(closure(acted | (written.names() & mission.all_regions.keys()), layout.neighbours.__getitem__))
+    return matter if _reach_each_other(mission, layout, matter) else None
 
 
-def _reach_each_other(mission: Mission, layout: Layout, regions: set[str]) -> bool:
+def _reach_each_other(mission: Mission, layout: Layout, regions: frozenset[str]) -> bool:
     """Tell whether there are ways around obstacles between starts and regions that enter no other region, for every robot."""
     if not mission.obstacles:
         return True

@@ -63,6 +63,8 @@ class SequentialReading(PaidApart, Generic[Progress]):
         graph: The team's graph.
     """
 
+    kept_apart = 2  # the objective, and the cost of the robot that flies
+
     def __init__(
         self, graph: ReducedGraph, tree: Callable[[int, int, int], float], first: Progress, objective: Objective
     ) -> None:
@@ -134,10 +136,6 @@ class SequentialReading(PaidApart, Generic[Progress]):
     def holds(self, state: int) -> bool:
         """Tell whether the words keep the tracked conjuncts in every order of the robots."""
         return self.holds_in_every_order(self._progress[self._parted(state)[0]])
-
-    def nothing_paid(self) -> Costs:
-        """Return no cost of the objective, and none of the robot that flies."""
-        return 0.0, 0.0
 
     def pay(self, label: Label[int], cost: float, who: object) -> Iterable[tuple[Costs, object]]:
         """Return the objective so far, without the robot that flies where the highest cost counts, and what that robot has paid.

@@ -83,9 +83,8 @@ class TeamTask(ABC):
     def failing_orders(self, paths: Sequence[Sequence[int]], /) -> dict[int, tuple[int, ...]]:
         """Return, for each conjunct that some order of the robots breaks, such an order."""
 
-    def shared_out(self, objective: Objective, /) -> PlanningOutcome | None:
+    def shared_out(self, _objective: Objective, /) -> PlanningOutcome | None:
         """Return a plan with a low highest cost and a bound on that, found without a search; None where there is no such way."""
-        del objective
         return None
 
 

@@ -59,11 +59,13 @@ class TeamReading(ABC):
 
 
 class PaidApart(TeamReading):
-    """A reading that also keeps apart what each robot pays."""
+    """A reading that also keeps apart what each robot pays.
 
-    @abstractmethod
-    def nothing_paid(self) -> Costs:
-        """Return what has been paid where plans begin."""
+    Attributes:
+        kept_apart: Number of costs that are kept apart; all are 0 where plans begin.
+    """
+
+    kept_apart: int
 
     @abstractmethod
     def pay(self, label: Label[int], cost: float, who: object, /) -> Iterable[tuple[Costs, object]]:
@@ -181,7 +183,7 @@ def least_highest(
                 if rank[0] < below:
                     yield Label(after, paid, total, rank, label, step)
 
-    nothing, most = reading.nothing_paid(), budget.states
+    nothing, most = (0.0,) * reading.kept_apart, budget.states
     search = ParetoSearch([Label(begin, nothing, 0.0, reading.rank(begin, nothing, 0.0))], successors, rounding=rounding)
     tried = explored = 0
     for label in search:

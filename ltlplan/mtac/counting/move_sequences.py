@@ -62,10 +62,7 @@ class CountedCourses:
 
     def costs(self, course: Course) -> list[float]:
         """Return what each robot's moves cost."""
-        found = [0.0] * len(self.systems)
-        for step in course:
-            found[step.robot] += step.cost
-        return found
+        return [sum((step.cost for step in course if step.robot == robot), 0.0) for robot in range(len(self.systems))]
 
     def insertions(self, course: Course, task: int, letters: frozenset[Letter]) -> Iterator[tuple[float, int, Course]]:
         """Yield courses with one more visit: what it adds to the robot's cost, the robot, and the course, whether or not it does what is asked.

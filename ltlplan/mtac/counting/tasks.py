@@ -202,18 +202,9 @@ class _Counted:
 
 def _visited(part: Formula) -> frozenset[str]:
     """Return the names of which a task asks one to be shown, by anybody and at any time; none where a conjunct is no such task."""
-    if part.operator != "F":
-        return frozenset()
-    stack, names = list(part.arguments), set[str]()
-    while stack:
-        node = stack.pop()
-        if node.operator == "|":
-            stack += node.arguments
-        elif node.operator == "name" and not node.robot:
-            names.add(node.name)
-        else:
-            return frozenset()
-    return frozenset(names)
+    asked = list(part.arguments[0].nodes()) if part.operator == "F" else []
+    plain = all(node.operator == "|" or (node.operator == "name" and not node.robot) for node in asked)
+    return frozenset(node.name for node in asked if plain and node.operator == "name")
 
 
 class _Visits:

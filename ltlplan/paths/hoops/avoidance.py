@@ -22,11 +22,11 @@ from ltlplan.free_space.staying_inside import narrowest_inside, way_inside, way_
 from ltlplan.paths.hoops.clearance import blocked
 from ltlplan.paths.hoops.hoop_frame import control_points
 from ltlplan.paths.hoops.keep_out import Room
+from ltlplan.paths.hoops.stops import Stop
 from ltlplan.systems.unreachable import joined_names, said_of_narrowest
 from verify.data import Infeasible
 from verify.data.arrays import Floats
 from verify.data.mission import Mission
-from verify.data.plan import Role
 from verify.data.shapes.region import Hoop
 
 _BESIDE = 0.05
@@ -35,21 +35,6 @@ _STRIDE = 1.0
 """m between points on a way past regions, at most."""
 _SAME = 1e-9
 """m; a point this near to an end is the end."""
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Detour:
-    """One point on the way past an obstacle.
-
-    Attributes:
-        position: m. Shape (3,).
-        role: "avoid" for a hoop's control point, "via" for a point that leads to one or stands in free space.
-        region: The hoop or region; None in free space.
-    """
-
-    position: Floats
-    role: Role
-    region: str | None
 
 
 class Blocked(Infeasible):
@@ -146,7 +131,7 @@ class Leg:
 
 def avoid(
     mission: Mission, where: Room, start: Floats, end: Floats, permitted: Collection[str] = (), within: Collection[str] = ()
-) -> tuple[Detour, ...]:
+) -> tuple[Stop, ...]:
     """Return the points to fly by between two points, none where the straight line is free.
 
     Args:
@@ -170,10 +155,10 @@ def avoid(
     inside = way_inside(where.space, rooms, (start, end), permitted, where.slack)
     if inside is None:
         raise NarrowRoom(where, Leg((start, end), permitted, rooms))
-    return tuple(Detour(point, "via", None) for point in _divided(inside)[1:-1])
+    return tuple(Stop(point, "via") for point in _divided(inside)[1:-1])
 
 
-def _past(mission: Mission, where: Room, start: Floats, end: Floats, permitted: Collection[str]) -> tuple[Detour, ...]:
+def _past(mission: Mission, where: Room, start: Floats, end: Floats, permitted: Collection[str]) -> tuple[Stop, ...]:
     """Return the points past all that a leg may not enter, wherever else they are."""
     if mission.obstacles:
         return _through(where, start, end, permitted)
@@ -187,9 +172,7 @@ def _past(mission: Mission, where: Room, start: Floats, end: Floats, permitted: 
         raise
 
 
-def _apart(
-    where: Room, start: Floats, end: Floats, permitted: Collection[str], points: tuple[Detour, ...]
-) -> tuple[Detour, ...]:
+def _apart(where: Room, start: Floats, end: Floats, permitted: Collection[str], points: tuple[Stop, ...]) -> tuple[Stop, ...]:
     """Return a way without points so near to its ends that a spline would turn back there, where it is free without them."""
 
     def needed(a: Floats, point: Floats, b: Floats, near: Floats) -> bool:
@@ -204,7 +187,7 @@ def _apart(
     return tuple(kept)
 
 
-def _through(where: Room, start: Floats, end: Floats, permitted: Collection[str]) -> tuple[Detour, ...]:
+def _through(where: Room, start: Floats, end: Floats, permitted: Collection[str]) -> tuple[Stop, ...]:
     """Return the points at which a shortest way through free space turns.
 
     Raises:
@@ -214,7 +197,7 @@ def _through(where: Room, start: Floats, end: Floats, permitted: Collection[str]
     way = space.way(start, end, permitted, where.slack)
     if way is not None:
         points = way if space.mission.obstacles else _divided(way)
-        return tuple(Detour(point, "via", None) for point in points[1:-1])
+        return tuple(Stop(point, "via") for point in points[1:-1])
     for point in (start, end):
         if met := blocked(point, point, where, permitted):
             raise Blocked(met.name, start, end, [f"{_show(point)} itself is too near to it"])
@@ -240,7 +223,7 @@ def _divided(way: Floats) -> Floats:
 
 def _way(
     mission: Mission, where: Room, start: Floats, end: Floats, permitted: Collection[str], passed: frozenset[str]
-) -> tuple[Detour, ...]:
+) -> tuple[Stop, ...]:
     hit = blocked(start, end, where, permitted)
     if hit is None:
         return ()
@@ -280,15 +263,15 @@ def _way(
     raise Blocked(hit.name, start, end, list(dict.fromkeys(reasons)))
 
 
-def _candidates(hoop: Hoop, name: str, start: Floats, end: Floats) -> Iterator[tuple[Detour, ...]]:
+def _candidates(hoop: Hoop, name: str, start: Floats, end: Floats) -> Iterator[tuple[Stop, ...]]:
     """Yield ways past one hoop: the nearer side first, and for each side the shortest way first."""
     points = control_points(hoop)
     ahead = float(hoop.reach or 0.0) * points.frame[:, 0]
     # distances are rounded, so that moving the world decides no tie
     for side in sorted(points.avoid, key=lambda point: [round(float(np.linalg.norm(point - at)), 6) for at in (start, end)]):
-        main = Detour(side, "avoid", name)
+        main = Stop(side, "avoid", name)
         near, far = (ahead if (start - side) @ ahead >= 0 else -ahead), (ahead if (end - side) @ ahead >= 0 else -ahead)
-        first, last = Detour(side + near, "via", name), Detour(side + far, "via", name)
+        first, last = Stop(side + near, "via", name), Stop(side + far, "via", name)
         yield (main,)
         yield (first, main)
         yield (main, last)

@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from ltlplan.allocation import Itinerary
-from ltlplan.paths.hoops.avoidance import Blocked, Detour, avoid
+from ltlplan.paths.hoops.avoidance import Blocked, avoid
 from ltlplan.paths.hoops.clearance import blocked
 from ltlplan.paths.hoops.hoop_frame import control_points
 from ltlplan.paths.hoops.keep_out import Room
@@ -301,11 +301,11 @@ class Legs:
             met = self.where.space.entered(np.stack([origin.position, *(stop.position for stop in way)]), self.where.slack)
         return [replace(stop, permitted=stop.permitted | (here & reaches)) for stop, here in zip(way, met, strict=True)]
 
-    def _detours(self, points: Sequence[Detour], leaves: frozenset[str]) -> tuple[list[Stop], frozenset[str]]:
+    def _detours(self, points: Sequence[Stop], leaves: frozenset[str]) -> tuple[list[Stop], frozenset[str]]:
         """Return the stops of a detour, and which regions the leg's last segment may still be in: those not left by then."""
         way: list[Stop] = []
         for point in points:
-            way.append(Stop(point.position, point.role, point.region, None, leaves, hoop_axes(self.mission, point.region)))
+            way.append(replace(point, permitted=leaves, axes=hoop_axes(self.mission, point.region)))
             # around a body in a region the way is still in that region
             leaves = leaves & self.where.touching(point.position)
         return way, leaves

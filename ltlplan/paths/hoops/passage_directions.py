@@ -38,8 +38,6 @@ def choose_sides(legs: Legs, directions: Directions) -> list[Side]:
     stays = {0} if legs.begins_inside else set[int]()
     stays |= {len(legs.visits) - 1} if legs.inside_last else set()
     options = [_options(legs.mission, visit, stays=i in stays) for i, visit in enumerate(legs.visits)]
-    if not options:
-        return []
     return _nearest(legs, options) if directions == "nearest" else _cheapest(legs, options)
 
 

@@ -11,12 +11,14 @@ import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import reduce
 
 from ltlplan.paths.costs import for_mission
 from ltlplan.replanning.timing.horizons import kept_out, too_long
 from ltlplan.replanning.timing.returns import impossible_returns
 from ltlplan.replanning.timing.timetable import listed_delays, without_one
 from ltlplan.replanning.timing.visit_orders import Orders, Routes, likely_travel, planned_routes
+from ltlplan.search.explanations.inquiry import all_of
 from ltlplan.systems.due_visits import DueVisit, due_visits
 from ltlplan.systems.gaps import Travel, straight_travel
 from verify.data import BadInput, Infeasible, Mission, Plan, Unsatisfiable
@@ -132,17 +134,13 @@ def orders_in_time(mission: Mission) -> list[Formula]:
 
 def _formula_of(routes: Routes, *, named: bool) -> Formula:
     """Return the formula, without bounds, that robots make visits in an order."""
-    whole = TRUE
+    chains: list[Formula] = []
     for name in sorted(routes):
-        chain, before = TRUE, ""
-        for stop in reversed(routes[name]):
-            if stop.region == before:
-                continue
-            here = Formula("name", name=stop.region, robot=stop.robot if named else "")
-            chain, before = Formula("F", (here if chain == TRUE else Formula("&", (here, chain)),)), stop.region
-        if chain != TRUE:
-            whole = chain if whole == TRUE else Formula("&", (whole, chain))
-    return whole
+        regions = [region for region, _ in itertools.groupby(stop.region for stop in routes[name])]
+        stops = [Formula("name", name=region, robot=name if named else "") for region in regions]
+        nothing: list[Formula] = []
+        chains += reduce(lambda later, here: [Formula("F", (all_of([here, *later]),))], reversed(stops), nothing)
+    return all_of(chains)
 
 
 def impossible_deadlines(mission: Mission) -> str:

@@ -86,18 +86,15 @@ class Requirements:
         places = {place for presence in flight.values() for place in (*presence.end.hovers, *presence.again)}
         for place in sorted(places):
             self._hovers[place] = self._variable(_REST if place in resting else 0.0, reach, worth=1.0)
-        self._longer = self._longer_laps([presence.again for presence in flight.values()])
+        hovered = [Time(0.0, {self._hovers[place]: 1.0 for place in presence.again}) for presence in flight.values()]
+        self._longer = self._variable(0.0, reach, worth=1.0)  # a team's laps are, for their hovers: as who hovers longest
+        self._equal_the_last(Time(0.0, {self._longer: 1.0}), hovered)
         ends = [self.time(presence.end) for presence in flight.values()]
         self._flown = max(presence.end.moving for presence in flight.values())
         laps = [self.time(presence.lap) for presence in flight.values() if presence.lap is not None]
         self._lap = laps[0] if laps else None  # those of a team end together
         self._end = Time(0.0, {self._variable(0.0, 4.0 * reach): 1.0})
-        for end in ends:
-            self._before(end, self._end)
-        lasting = [self._choice() for _ in ends]
-        for end, chosen in zip(ends, lasting, strict=True):
-            self._before(self._end, end, (chosen,))
-        self._one_of(lasting, ())
+        self._equal_the_last(self._end, ends)
 
     def time(self, instant: Instant) -> Time:
         """Return a time of the flight."""
@@ -107,16 +104,11 @@ class Requirements:
             shares[self._longer] = float(instant.laps)
         return Time(0.0, shares)
 
-    def _longer_laps(self, again: Sequence[Sequence[HoverPlace]]) -> int:
-        """Return how much longer a team's laps are for their hovers: as the robot hovers that hovers longest."""
-        longer = Time(0.0, {self._variable(0.0, self._reach, worth=1.0): 1.0})
-        longest = [self._choice() for _ in again]
-        for places, chosen in zip(again, longest, strict=True):
-            hovered = Time(0.0, {self._hovers[place]: 1.0 for place in places})
-            self._before(hovered, longer)
-            self._before(longer, hovered, (chosen,))
-        self._one_of(longest, ())
-        return next(iter(longer.shares))
+    def _equal_the_last(self, last: Time, times: Sequence[Time]) -> None:
+        """Ask that a time is the last one of some."""
+        for time, chosen in zip(times, self._alternatives((), len(times)), strict=True):
+            self._before(time, last)
+            self._before(last, time, chosen)
 
     def ask(self, formula: Formula, *, late: bool = False) -> None:
         """Ask that a formula holds of the flight.

@@ -58,11 +58,12 @@ def serving(node: Formula, flight: Mapping[str, Presence], *, laps: bool) -> tup
     names = names_of(node)
     if not names:
         return ()
-    rows: list[tuple[Stay, ...]] = []
-    for robot, presence in flight.items():
-        found = {id(stay): stay for name in names if name.robot in ("", robot) for stay in presence.sure.get(name.name, ())}
-        rows.append(tuple(sorted(found.values(), key=_begins)))
-    return (_in_common(rows, least),) if laps else tuple(rows)
+    found = (
+        {id(stay): stay for name in names if name.robot in ("", robot) for stay in presence.sure.get(name.name, ())}
+        for robot, presence in flight.items()
+    )
+    rows = tuple(tuple(sorted(stays.values(), key=_begins)) for stays in found)
+    return (_in_common(rows, least),) if laps else rows
 
 
 def all_chains(row: Sequence[Stay]) -> list[tuple[Stay, ...]]:

@@ -73,9 +73,11 @@ class Relaxation:
     def sentence(self) -> str:
         """Sentences on what would have to be given up; empty where nothing is known."""
         said = [f"The least that these words miss at this pace: {listed_delays(self.late)}."] if self.late else []
-        for part in self.late:
-            if self.soonest.get(part) and part.operator != "G":  # which is late when it comes again
-                said.append(f"By straight ways they come to `{show(part)}` at {self.soonest[part]:.3g} s at the soonest.")
+        said += [
+            f"By straight ways they come to `{show(part)}` at {self.soonest[part]:.3g} s at the soonest."
+            for part in self.late
+            if self.soonest.get(part) and part.operator != "G"  # which is late when it comes again
+        ]
         return " ".join([*said, *without_one(self.without)])
 
 

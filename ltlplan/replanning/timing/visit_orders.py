@@ -40,10 +40,6 @@ class Stop:
     region: str
     due: DueVisit
 
-    def is_at(self, region: str) -> bool:
-        """Return whether it is made anyway, at a region."""
-        return self.due.asked == TRUE and self.region == region
-
 
 Route = tuple[Stop, ...]
 """One robot's stops, in order."""
@@ -153,11 +149,11 @@ class Orders:
         Args:
             routes: Who makes which visits.
         """
-        total = 0.0
-        for route in routes.values():
-            places: list[str | None] = [None, *(stop.region for stop in route)]
-            total += sum(self.travel(stop.robot, before, stop.region) for before, stop in zip(places, route, strict=False))
-        return total
+        befores = ((route, [None, *(stop.region for stop in route)]) for route in routes.values())
+        return sum(
+            sum(self.travel(stop.robot, before, stop.region) for before, stop in zip(places, route, strict=False))
+            for route, places in befores
+        )
 
     def _by_deadline(self) -> list[DueVisit]:
         return sorted(self.visits, key=lambda visit: (len(visit.places) > 1, visit.end, visit.begin))
@@ -179,11 +175,12 @@ class Orders:
         """Yield routes with one visit more, at each place of each robot that may make it."""
         for robot, region in due.places:
             route = routes.get(robot, ())
+            made = [stop.due.asked == TRUE and stop.region == region for stop in route]  # anyway
             if due.apart >= 0 and any(stop.due.apart == due.apart for stop in route):
                 continue
             stop = Stop(robot, region, due)
             for index in range(len(route) + 1):
-                if self.planned and not (index > 0 and route[index - 1].is_at(region)):
+                if self.planned and not (index > 0 and made[index - 1]):
                     continue
                 self.left -= 1
                 if self.left < 0:

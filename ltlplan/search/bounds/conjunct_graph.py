@@ -13,6 +13,7 @@ from typing import Generic, TypeVar
 
 from ltlplan.logic.conjunct_automata import bits
 from ltlplan.search.label_setting import distances
+from ltlplan.search.numbering import closure
 
 Node = TypeVar("Node", bound=Hashable)
 
@@ -53,14 +54,7 @@ class ConjunctGraph(Generic[Node]):
             goals: Nodes.
             allowed: Whether a letter, as the conjunct sees it, may be shown.
         """
-        reached = set(goals)
-        waiting = list(reached)
-        for node in waiting:  # grows while it is walked
-            for before, letter in self.back.get(node, ()):
-                if before not in reached and allowed(letter):
-                    reached.add(before)
-                    waiting.append(before)
-        return reached
+        return set(closure(goals, lambda node: (before for before, letter in self.back.get(node, ()) if allowed(letter))))
 
     def landmarks(self, goals: Collection[Node], shown: int) -> dict[Node, int]:
         """Return the propositions, as bits, that every way from a node to some goals shows (Hoffmann, Porteous and Sebastia 2004).

@@ -28,7 +28,7 @@ from ltlplan.search.bounds.conjunct_graph import ConjunctGraph
 from ltlplan.search.bounds.own_progress import Positions, Way
 from ltlplan.search.counting.classes import Classes, Numbers
 from ltlplan.search.counting.counting_propositions import NEVER, Marks, States, Sums
-from ltlplan.search.joint.conjuncts import JointConjunct
+from ltlplan.search.joint.conjuncts import JointConjunct, subsets
 from ltlplan.search.memoization import memoized
 from ltlplan.search.team_reading import UNREACHABLE
 from verify.data.arrays import Floats
@@ -168,9 +168,7 @@ class GoalCover:
             numbers: How many robots rest in each class.
         """
         team = {self._positions.of(place, states): count for place, count in enumerate(numbers) if count}
-        begun, alone = 0.0, self._rows[0]
-        for position in team:
-            begun += alone[position]  # nobody does anything alone whom the formula does not name
+        begun = sum(map(self._rows[0].__getitem__, team), 0.0)  # nobody does anything alone whom the formula does not name
         missing = self._landmarks(states, sums)[: len(self._bits)]
         asked = sum(bit for bit, more in zip(self._bits, missing, strict=True) if more)
         found = self._join(asked, frozenset(team)) if begun < UNREACHABLE else UNREACHABLE
@@ -245,14 +243,12 @@ class GoalCover:
         if not asked:
             return 0.0
         least, lowest = self._least(places), asked & -asked
-        found, more = UNREACHABLE, asked ^ lowest
-        while True:
+        found = UNREACHABLE
+        for more in subsets(asked ^ lowest):
             first = least[more | lowest]
             if first < found:
                 found = min(found, first + self._join(asked ^ (more | lowest), places))
-            if not more:
-                return found
-            more = (more - 1) & (asked ^ lowest)
+        return found
 
     @memoized
     def _least(self, places: frozenset[int]) -> list[float]:

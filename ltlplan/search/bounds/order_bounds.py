@@ -65,10 +65,8 @@ class OrderBounds(ABC, Generic[Effect, Begin, Node]):
         cost, missing = 0.0, 0
         for begin, (costs, needed) in self._begins(self.first(own), done, waiting):
             node = self.read(own, begin)
-            if node is None:
-                cost = UNREACHABLE
-                continue
-            cost, missing = max(cost, costs.get(node, UNREACHABLE)), missing | needed.get(node, 0)
+            cost = max(cost, UNREACHABLE if node is None else costs.get(node, UNREACHABLE))
+            missing |= 0 if node is None else needed.get(node, 0)
         return cost, missing
 
     @memoized
@@ -85,7 +83,7 @@ class OrderBounds(ABC, Generic[Effect, Begin, Node]):
         """Tell whether a word changes anything where it is read."""
 
     @abstractmethod
-    def first(self, own: Effect) -> int:
+    def first(self, own: Effect, /) -> int:
         """Return what a robot holds before it flies, as bits."""
 
     @abstractmethod

@@ -45,10 +45,6 @@ class Crowd:
     most: int
     passing: bool
 
-    def excess(self, numbers: Numbers) -> int:
-        """Return by how many robots the region is too small."""
-        return sum(numbers[number] for number in self.classes) - self.most
-
 
 @dataclass(frozen=True, slots=True)
 class Change:

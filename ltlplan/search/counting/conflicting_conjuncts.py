@@ -5,18 +5,27 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 
-from ltlplan.logic.budget import Budget, TooLarge
+from ltlplan.logic.budget import Budget
 from ltlplan.logic.conjunction import conjunct_automata, conjuncts
 from ltlplan.logic.signed_parts import signed_parts
 from ltlplan.search.counting.capacities import Room, most_that_show
-from ltlplan.search.counting.counting_propositions import Marks, shows
+from ltlplan.search.counting.counting_propositions import Marks, true_atoms
 from ltlplan.search.counting.planning import plan_counts
 from ltlplan.search.explanations.count_laws import laws_of_counts, laws_of_turns, no_word, propositions_of, some_word
-from ltlplan.search.explanations.inquiry import Inquiry, all_of, as_written
+from ltlplan.search.explanations.inquiry import Inquiry, all_of
 from ltlplan.search.explanations.reasons import leads_through, narrow_past
 from ltlplan.search.explanations.relaxed_systems import without
-from ltlplan.search.explanations.unsatisfiable_cores import NoPlan, edge_sentence, missing_edges, opened_to_all
+from ltlplan.search.explanations.unsatisfiable_cores import (
+    NoPlan,
+    edge_sentence,
+    missing_edges,
+    opened_to_all,
+    without_needless,
+)
+from ltlplan.search.numbering import closure
 from ltlplan.search.orders.state_sets import Reading, shown_at
 from ltlplan.search.problem import Problem
 from ltlplan.systems.region_labels import Layout
@@ -40,18 +49,13 @@ def no_counted_plan(problem: Problem, kinds: Sequence[str], rooms: Mapping[str, 
         rooms: How many robots small regions hold.
     """
     mission, systems = problem.mission, problem.each
-    parts, written = list(dict.fromkeys(conjuncts(problem.asked))), as_written(mission)
-    core = _contradiction(mission, parts)
-    if core is None:
-        core = parts
-        for part in parts:
-            others = [other for other in core if other != part]
-            if others and not _possible(others, systems, kinds, rooms):
-                core = others
-    inquiry = Inquiry(mission, problem.systems, systems, lambda some, worlds: _possible(some, worlds, kinds, rooms))
-    robots = [system.robot for system in systems]
-    opened = opened_to_all(mission, lambda worlds: _possible(core, worlds, kinds, rooms), robots)
-    edges = [] if opened else missing_edges(mission, lambda worlds: _possible(core, worlds, kinds, rooms), robots)
+    parts = list(dict.fromkeys(conjuncts(problem.asked)))
+    inquiry = Inquiry(mission, problem.systems, systems, partial(_possible, kinds, rooms))
+    core = _contradiction(mission, parts) or without_needless(parts, lambda some: inquiry.feasible(some, systems))
+    robots, in_worlds = [system.robot for system in systems], partial(inquiry.feasible, core)
+    opened = opened_to_all(mission, in_worlds, robots)
+    edges = [] if opened else missing_edges(mission, in_worlds, robots)
+    roomy = replace(inquiry, possible=partial(_possible, kinds, {}))
     reasons = (
         [sentence for sentence in [no_word(mission, core)] if sentence]
         or _bad_starts(mission, systems, core)
@@ -62,23 +66,21 @@ def no_counted_plan(problem: Problem, kinds: Sequence[str], rooms: Mapping[str, 
             *(
                 _unreached(problem, core)
                 or narrow_past(inquiry, core)
-                or _needed(problem, core, kinds, rooms)
+                or _needed(inquiry, core)
                 or leads_through(inquiry, core)
             ),
-            *(_crowded(mission, systems, rooms, core) if rooms and _possible(core, systems, kinds, {}) else ()),
+            *(_crowded(mission, systems, rooms, core) if rooms and roomy.feasible(core, systems) else ()),
         ]
     )
     reasons = [*reasons, *opened, *edge_sentence(mission, edges)] or [_IN_TURNS]
-    return NoPlan([str(written.get(part, part)) for part in core], reasons, edges)
+    return NoPlan([inquiry.shown(part) for part in core], reasons, edges)
 
 
 def _contradiction(mission: Mission, parts: Sequence[Formula]) -> list[Formula] | None:
     """Return a requirement, or two that speak of the same, that no word satisfies; None where none were found."""
-    for size in (1, 2):
-        for some in itertools.islice(itertools.combinations(parts, size), _PAIRS):
-            if frozenset.intersection(*(part.names() for part in some)) and no_word(mission, some):
-                return list(some)
-    return None
+    tried = (some for size in (1, 2) for some in itertools.islice(itertools.combinations(parts, size), _PAIRS))
+    of_the_same = (some for some in tried if frozenset.intersection(*(part.names() for part in some)))
+    return next((list(some) for some in of_the_same if no_word(mission, some)), None)
 
 
 def _bad_starts(mission: Mission, systems: Sequence[TransitionSystem], core: Sequence[Formula]) -> list[str]:
@@ -136,21 +138,16 @@ def _at_one_instant(
 
 def _shown_at_starts(systems: Sequence[TransitionSystem], core: Sequence[Formula]) -> Iterator[Formula]:
     """Yield for each proposition that it holds at the start, or that it does not."""
-    for atom in propositions_of(core):
-        those = [system.labels[system.initial] for system in systems if atom.robot in ("", system.robot)]
-        held = sum(shows(atom.counted, letter) for letter in those) >= atom.least
-        yield atom.formula if held else Formula("!", (atom.formula,))
+    known = {atom.text: atom for atom in propositions_of(core)}
+    held = true_atoms(known, [(system.robot, system.labels[system.initial]) for system in systems])
+    yield from (atom.formula if text in held else Formula("!", (atom.formula,)) for text, atom in known.items())
 
 
 def _possible(
-    parts: Sequence[Formula], systems: Sequence[TransitionSystem], kinds: Sequence[str], rooms: Mapping[str, int]
+    kinds: Sequence[str], rooms: Mapping[str, int], parts: Sequence[Formula], systems: Sequence[TransitionSystem]
 ) -> bool:
-    formula = all_of(parts)
-    try:
-        automata = conjunct_automata(formula, "finite")
-        return plan_counts(systems, kinds, Marks(automata, atoms(formula)), Budget(states=_STATES), rooms=rooms) is not None
-    except TooLarge:
-        return True  # not known to be impossible
+    marks = Marks(conjunct_automata(all_of(parts), "finite"), atoms(all_of(parts)))
+    return plan_counts(systems, kinds, marks, Budget(states=_STATES), rooms=rooms) is not None
 
 
 def _unreached(problem: Problem, core: Sequence[Formula]) -> list[str]:
@@ -168,27 +165,21 @@ def _unreached(problem: Problem, core: Sequence[Formula]) -> list[str]:
     return [*found, *(problem.systems.unclear(mission.formula.names()) if found else ())]
 
 
-def _needed(problem: Problem, core: Sequence[Formula], kinds: Sequence[str], rooms: Mapping[str, int]) -> list[str]:
+def _needed(inquiry: Inquiry, core: Sequence[Formula]) -> list[str]:
     """Say which regions requirements need that do not name them."""
-    found, written = list[str](), as_written(problem.mission)
-    for part in core:
-        others = [name for name in problem.mission.all_regions if name not in part.names()]
-        worlds = {name: [without(system, name) for system in problem.each] for name in others}
-        if others and _possible([part], problem.each, kinds, rooms):
-            lost = [name for name in others if not _possible([part], worlds[name], kinds, rooms)]
-            found += [f"`{written.get(part, part)}` needs {joined_names(lost)}."] if lost else []
-    return found
+    every = ((part, [name for name in inquiry.mission.all_regions if name not in part.names()]) for part in core)
+    alone = ((part, others) for part, others in every if others and inquiry.feasible([part], inquiry.worlds))
+    needs = (
+        (part, [name for name in others if not inquiry.feasible([part], [without(world, name) for world in inquiry.worlds])])
+        for part, others in alone
+    )
+    return [f"`{inquiry.shown(part)}` needs {joined_names(lost)}." for part, lost in needs if lost]
 
 
 def _shown(system: TransitionSystem) -> frozenset[str]:
     """Return all names that a robot can come to show."""
-    waiting = [system.initial]
-    seen = set(waiting)
-    for node in waiting:  # grows while it is walked
-        new = {target for target, _ in system.edges[node]} - seen
-        seen |= new
-        waiting += sorted(new)
-    return frozenset[str]().union(*(system.labels[node] for node in seen))
+    nodes = closure([system.initial], lambda node: (target for target, _ in system.edges[node]))
+    return frozenset[str]().union(*(system.labels[node] for node in nodes))
 
 
 def _closed(mission: Mission, core: Sequence[Formula]) -> list[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from ltlplan.logic.automaton import DEAD, Automaton
 from ltlplan.search.joint.conjuncts import JointConjunct
@@ -131,6 +131,21 @@ class ConjunctMarks:
             sums: Cut to what the conjunct sees.
         """
         return self.part.step(state, sum(bit for bit, place, least in self._asked if sums[place] >= least))
+
+
+def true_atoms(known: Mapping[str, Atom], held: Iterable[tuple[str, Letter]]) -> frozenset[str]:
+    """Return which propositions of single robots, and of how many they are, hold of a team.
+
+    Args:
+        known: The propositions, by their text.
+        held: Robots, with the letter that each shows.
+    """
+    team = tuple(held)
+    return frozenset(
+        text
+        for text, atom in known.items()
+        if sum(shows(atom.counted, letter) for robot, letter in team if atom.robot in ("", robot)) >= atom.least
+    )
 
 
 def shows(counted: Formula, letter: Letter) -> bool:

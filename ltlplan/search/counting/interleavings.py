@@ -7,6 +7,7 @@ from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from operator import mul
 
 from ltlplan.logic.automaton import DEAD
 from ltlplan.search.counting.counting_propositions import Sums
@@ -126,11 +127,11 @@ def _further(kinds: Sequence[tuple[Sums, ...]], progress: _Progress) -> Iterator
 @lru_cache(maxsize=10_000)
 def _options(way: tuple[Sums, ...], counts: tuple[int, ...]) -> list[tuple[tuple[int, ...], Sums]]:
     """Return what can follow for one kind, how many of which are at each of their letters; at first that nobody goes on."""
-    found: list[tuple[tuple[int, ...], Sums]] = []
-    for going in itertools.product(*(range(count + 1) for count in counts[:-1])):
-        after = tuple(count - out + new for count, out, new in zip(counts, (*going, 0), (0, *going), strict=True))
-        found.append((after, tuple(sum(a * m for a, m in zip(after, marks, strict=True)) for marks in zip(*way, strict=True))))
-    return found
+    afters = (
+        tuple(count - out + new for count, out, new in zip(counts, (*going, 0), (0, *going), strict=True))
+        for going in itertools.product(*(range(count + 1) for count in counts[:-1]))
+    )
+    return [(after, tuple(sum(map(mul, after, marks)) for marks in zip(*way, strict=True))) for after in afters]
 
 
 def total(held: Sequence[Sums]) -> Sums:

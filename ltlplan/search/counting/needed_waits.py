@@ -120,9 +120,7 @@ class _Seen:
         others = total(still or [(0,) * len(shown[0][0])])
         self._team = Interleaved(tuple(ways), tuple(map(len, kinds)), others)
         self._begin = {conjunct.read(conjunct.part.initial, total([way[0] for way in shown]))}
-        alike: Counter[tuple[Sums, ...]] = Counter()
-        for way, robots in zip(ways, kinds, strict=True):
-            alike[way] += len(robots)
+        alike = Counter(way for way, robots in zip(ways, kinds, strict=True) for _ in robots)
         self._always = self._holds(Interleaved(tuple(alike), tuple(alike.values()), others), ())
 
     def holds(self, waits: Iterable[KindWait]) -> bool:

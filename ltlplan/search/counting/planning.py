@@ -103,7 +103,7 @@ class CourseSearch:
         begin = reading.begin()
         if begin is None:
             return UNREACHABLE
-        return reading.rank(begin, reading.nothing_paid(), 0.0)[0] if longest else reading.left(begin)
+        return reading.rank(begin, (0.0,) * reading.kept_apart, 0.0)[0] if longest else reading.left(begin)
 
     def least_highest(self, starts: tuple[int, ...], below: float, states: int) -> Searched:
         """Return the course whose robot with the highest cost pays least, or any below the limit where the states do not suffice for that.

@@ -15,6 +15,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from operator import add
 
+from ltlplan.search import numbering
 from ltlplan.search.bounds.goal_cover import GoalCover
 from ltlplan.search.counting.classes import Classes, ClassMove, Numbers
 from ltlplan.search.counting.counting_propositions import States, Sums
@@ -58,8 +59,8 @@ class CountReading(PaidApart):
     def __init__(self, classes: Classes, cover: GoalCover, *, below: float = UNREACHABLE, greed: float = 0.0) -> None:
         self._classes, self._marks, self._crowds = classes, classes.marks, classes.crowds
         self._cover, self._below, self._greed = cover, below, greed
-        self._places: list[_Place] = []
-        self._numbers: dict[tuple[States, Numbers], int] = {}
+        self.kept_apart = sum(classes.begin)
+        self._places = numbering.Numbers[_Place]()
 
     @property
     def reached(self) -> int:
@@ -70,12 +71,12 @@ class CountReading(PaidApart):
         """Return the state in which all robots are at their starts; None where the formula is violated there."""
         sums = self._classes.sums(self._classes.begin)
         first = self._marks.read(self._marks.initial, sums)
-        return None if first is None else self._number(first, self._classes.begin, sums)
+        return None if first is None else -self._places[first, self._classes.begin, sums]
 
     def steps(self, state: int) -> Iterator[Step]:
         """Yield the states after one robot's move, its cost and the `ClassMove`; first the end of the plan, where it may end."""
-        states, numbers, sums = self._places[-state]
-        excess = [crowd.excess(numbers) for crowd in self._crowds]
+        states, numbers, sums = self._places.known[-state]
+        excess = [sum(numbers[number] for number in crowd.classes) - crowd.most for crowd in self._crowds]
         crowded = next((crowd.classes for crowd, more in zip(self._crowds, excess, strict=True) if more > 0), None)
         if crowded is None and self._marks.accepting(states) and self._classes.may_end(numbers):
             yield complete(state), 0.0, None
@@ -88,18 +89,14 @@ class CountReading(PaidApart):
                     moved = list(numbers)
                     moved[place] -= 1
                     moved[change.move.target] += 1
-                    target = self._number(after, tuple(moved), tuple(map(add, sums, change.letters[-1])))
-                    yield target, change.move.cost, change.move
+                    target = self._places[after, tuple(moved), tuple(map(add, sums, change.letters[-1]))]
+                    yield -target, change.move.cost, change.move
 
     @memoized
     def left(self, state: int) -> float:
         """Return a lower bound on the sum of the costs that are left."""
-        states, numbers, sums = self._places[-state]
+        states, numbers, sums = self._places.known[-state]
         return self._cover(states, sums, numbers)
-
-    def nothing_paid(self) -> Costs:
-        """Return no cost for any robot."""
-        return (0.0,) * sum(self._classes.begin)
 
     def pay(self, label: Label[int], cost: float, who: object) -> Iterator[tuple[Costs, object]]:
         """Yield the robots' costs after a move, for each robot of the class that can make it, and that robot's place among them.
@@ -131,7 +128,7 @@ class CountReading(PaidApart):
             left = self.left(state)
             if left == UNREACHABLE:
                 return (UNREACHABLE,)
-            states, _, sums = self._places[-state]
+            states, _, sums = self._places.known[-state]
             robots = list(zip(self._robots(state), paid, strict=True))
             highest = max(highest, self._cover.highest(states, sums, robots), (total + left) / len(paid))
         return (highest + self._greed * left / len(paid) if highest < self._below else UNREACHABLE, left)
@@ -163,7 +160,7 @@ class CountReading(PaidApart):
 
     def _robots(self, state: int) -> list[int]:
         """Return the class of each robot, in order."""
-        return [place for place, count in enumerate(self._places[-state][1]) if count for _ in range(count)]
+        return [place for place, count in enumerate(self._places.known[-state][1]) if count for _ in range(count)]
 
     def _after(self, states: States, sums: Sums, letters: Sequence[Sums]) -> States | None:
         """Return the conjuncts' states after one robot's move while the others rest; None where it violates the formula."""
@@ -174,9 +171,3 @@ class CountReading(PaidApart):
                 return None
             states = found
         return states
-
-    def _number(self, states: States, numbers: Numbers, sums: Sums) -> int:
-        found = self._numbers.setdefault((states, numbers), len(self._places))
-        if found == len(self._places):
-            self._places.append((states, numbers, sums))
-        return -found

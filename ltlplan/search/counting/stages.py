@@ -19,6 +19,7 @@ from ltlplan.search.counting.needed_waits import needed_waits
 from ltlplan.search.counting.planning import plan_counts
 from ltlplan.search.orders import planning as orders
 from ltlplan.search.orders.event_names import Names
+from ltlplan.search.orders.state_sets import all_or_none
 from ltlplan.search.problem import TIES, NoWords, Problem
 from ltlplan.systems.robot_systems import interchangeable
 from ltlplan.systems.transition_systems import TransitionSystem
@@ -162,19 +163,17 @@ def precedences_of(systems: Sequence[TransitionSystem], plan: CountedPlan) -> li
         systems: One for each robot.
         plan: Its paths, turns and stages; robots may wait outside regions that they have left.
     """
-    names, found = Names(systems, plan.paths), dict[Precedence, None]()
+    names = Names(systems, plan.paths)
     letters = [
         list(accumulate((system.labels[a] != system.labels[b] for a, b in pairwise(path)), initial=0))
         for system, path in zip(systems, plan.paths, strict=True)
     ]
-    for (robot, before, _), others in _handovers(plan):
-        for other, _, arrived in others:
-            pair = (other, letters[other][arrived - 1]), (robot, letters[robot][before - 1] + 1)
-            precedence = names.precedence(pair)
-            if precedence is None:
-                return None
-            found[precedence] = None
-    return list(found)
+    found = all_or_none(
+        names.precedence(((other, letters[other][arrived - 1]), (robot, letters[robot][before - 1] + 1)))
+        for (robot, before, _), others in _handovers(plan)
+        for other, _, arrived in others
+    )
+    return None if found is None else list(dict.fromkeys(found))
 
 
 def _acts(system: TransitionSystem, step: Sequence[int]) -> bool:

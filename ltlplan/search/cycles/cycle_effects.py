@@ -6,7 +6,7 @@ judged by where it leads from each state, and by whether it passes an accepting 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache, reduce
 from operator import or_
 
@@ -14,10 +14,12 @@ from ltlplan.logic.conjunct_automata import bits
 from ltlplan.search.cycles.team_readers import Reader
 from ltlplan.search.cycles.team_system import TeamLetter
 from ltlplan.search.memoization import memoized
-from ltlplan.search.numbering import Numbers
+from ltlplan.search.numbering import Numbers, closure
 
-Row = Sequence[tuple[int, int]]
-"""For each state: where a cycle can lead, as bits, and where passing an accepting state, as bits."""
+Row = Mapping[int, tuple[int, int]]
+"""For each state: where a cycle can lead, as bits, and where passing an accepting state, as bits.
+
+A state that is not known comes up only where a cycle or the next one loses another conjunct."""
 
 
 Masks = tuple[int, ...]
@@ -50,20 +52,11 @@ def goes_round(mask: int, row: Row) -> bool:
         mask: The states before the first cycle, as bits.
         row: What a cycle does.
     """
-    reach = [r for r, _ in row]
-    reachable = _closure(mask, reach)
-    for state, (_, marked) in enumerate(row):
-        if reachable >> state & 1 and marked and _closure(marked, reach) >> state & 1:
-            return True
-    return False
 
+    def leads_to(some: int) -> Iterator[int]:
+        return closure(bits(some), lambda state: bits(row.get(state, (0, 0))[0]))
 
-def _closure(mask: int, reach: Sequence[int]) -> int:
-    while True:
-        more = mask | image(mask, reach.__getitem__)
-        if more == mask:
-            return mask
-        mask = more
+    return any(state in leads_to(row.get(state, (0, 0))[1]) for state in leads_to(mask))
 
 
 class Followers:
@@ -130,9 +123,5 @@ class CycleEffects:
             masks: The states at home before the first cycle.
             effect: What a cycle does.
         """
-        for mask, own, row in zip(masks, self._domain, self._effects.known[effect], strict=True):
-            every, size = dict(zip(own, row, strict=True)), max(mask, *(reach for reach, _ in row)).bit_length()
-            # a state that is not known comes up only where a cycle or the next one loses another conjunct
-            if not goes_round(mask, [every.get(s, (0, 0)) for s in range(size)]):
-                return False
-        return True
+        known = zip(masks, self._domain, self._effects.known[effect], strict=True)
+        return all(goes_round(mask, dict(zip(own, row, strict=True))) for mask, own, row in known)

@@ -71,6 +71,7 @@ class CycleReading(PaidApart):
 
     def __init__(self, system: TeamSystem, places: CyclePlaces, terms: Terms) -> None:
         self._systems, self._places, self._terms, self._accounts = system.systems, places, terms, places.limits.accounts
+        self.kept_apart = max(self._accounts) + 1
         several = len(system.systems) > 1  # a robot alone may begin its cycle with any visit, and act there
         self._acting = [several and bool(own.actions) for own in system.systems]
         self._shares = CycleShares(system, places, terms.weight)
@@ -154,10 +155,6 @@ class CycleReading(PaidApart):
         nodes = self._places.nodes
         costs = self._shares.before(nodes[at]) if home == _BEFORE else self._shares.of_cycle(nodes[home], nodes[at], shown)
         return costs, float(costs.sum(axis=1).min())
-
-    def nothing_paid(self) -> Costs:
-        """Return no cost for any account."""
-        return (0.0,) * (max(self._accounts) + 1)
 
     def pay(self, label: Label[int], cost: float, who: object) -> Iterator[tuple[Costs, object]]:
         """Yield what each account has paid after a step.

@@ -16,7 +16,7 @@ from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.budget import Budget
 from ltlplan.logic.conjunction import conjuncts
 from ltlplan.logic.small_automata import small_automaton
-from ltlplan.search.counting.counting_propositions import shows
+from ltlplan.search.counting.counting_propositions import shows, true_atoms
 from ltlplan.search.cycles.team_system import SEAM, TeamLetter
 from ltlplan.search.memoization import memoized
 from ltlplan.search.numbering import Numbers
@@ -154,18 +154,9 @@ def team_readers(mission: Mission, formula: Formula, budget: Budget) -> list[Rea
         TooLarge: A budget did not suffice.
     """
     known, together = atoms(formula), _together(mission)
-    index = {name: robot for robot, name in enumerate(mission.agents)}
 
     def of_team(shown: tuple[Letter, ...]) -> Letter:
-        found = set(frozenset[str]().union(*shown))
-        for text, atom in known.items():
-            if atom.robot:
-                enough = atom.counted.name in shown[index[atom.robot]]
-            else:
-                enough = sum(shows(atom.counted, letter) for letter in shown) >= atom.least
-            if enough:
-                found.add(text)
-        return frozenset(found)
+        return frozenset[str]().union(*shown, true_atoms(known, zip(mission.agents, shown, strict=False)))
 
     def reader(part: Formula) -> Reader:
         operators, condition = temporal_operators(part)

@@ -13,7 +13,7 @@ from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.logic.conjunction import conjunct_automata, conjuncts
 from ltlplan.logic.product_automaton import Task
-from ltlplan.search.label_setting import BestFirst
+from ltlplan.search.numbering import closure
 from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Formula, Infeasible, Letter, Mission
@@ -34,14 +34,9 @@ BUDGET = Budget(states=200_000)
 def satisfiable(parts: Sequence[Formula], letters: Sequence[Letter]) -> bool:
     """Tell whether some finite word over these letters satisfies all parts, as far as the budget goes."""
     task = Task(conjunct_automata(all_of(parts), "finite"), letters)
-
-    def onwards(state: int) -> list[tuple[int, float]]:
-        return [(after, 1.0) for after in task.row(state) if after != DEAD]
-
-    for seen, (state, _, _) in enumerate(BestFirst([task.initial], onwards, ties="first")):
-        if task.is_accepting(state) or seen > BUDGET.states:
-            return True  # the latter is not known to be impossible
-    return False
+    states = closure([task.initial], lambda state: (after for after in task.row(state) if after != DEAD))
+    # where there are too many it is not known to be impossible
+    return any(task.is_accepting(state) or seen > BUDGET.states for seen, state in enumerate(states))
 
 
 def all_of(parts: Sequence[Formula]) -> Formula:

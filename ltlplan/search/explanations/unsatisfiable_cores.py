@@ -23,6 +23,7 @@ from verify.data import Formula, Mission, Unsatisfiable, Word
 from verify.data.sections import Edge, Environment
 
 MAX_SUBSETS = 300
+_EDGES = 20  # that are tried in pairs
 
 
 class NoPlan(Unsatisfiable):
@@ -98,19 +99,23 @@ def refused_in_some_order(mission: Mission, order: Sequence[tuple[str, Word]]) -
 def _core(inquiry: Inquiry) -> list[Formula]:
     """Return a smallest impossible set of requirements; where there are too many sets to try, one that cannot be made smaller."""
     parts = list(dict.fromkeys(conjuncts(inquiry.mission.formula)))
+    core = without_needless(parts, lambda some: inquiry.feasible(some, inquiry.worlds))
+    smaller = itertools.chain.from_iterable(itertools.combinations(parts, size) for size in range(1, len(core)))
+    tried = itertools.islice(smaller, MAX_SUBSETS)
+    return next((list(some) for some in tried if not inquiry.feasible(some, inquiry.worlds)), core)
+
+
+def without_needless(parts: Sequence[Formula], possible: Callable[[list[Formula]], bool]) -> list[Formula]:
+    """Return impossible requirements without those, in turn, without which the others are impossible as well.
+
+    Args:
+        parts: Different requirements.
+        possible: Tells whether some requirements can hold together.
+    """
     core = list(parts)
     for part in parts:
-        rest = [other for other in core if other is not part]
-        if rest and not inquiry.feasible(rest, inquiry.worlds):
-            core = rest
-    tried = 0
-    for size in range(1, len(core)):
-        for subset in itertools.combinations(parts, size):
-            tried += 1
-            if tried > MAX_SUBSETS:
-                return core
-            if not inquiry.feasible(subset, inquiry.worlds):
-                return list(subset)
+        rest = [other for other in core if other != part]
+        core = rest if rest and not possible(rest) else core
     return core
 
 
@@ -163,13 +168,8 @@ def missing_edges(mission: Mission, possible: Callable[[Worlds], bool], robots: 
     ]
     if len(wanted) > 200 or not possible(_with_edges(mission, given, wanted, robots)):
         return []
-    for size in (1, 2):
-        if size == 2 and len(wanted) > 20:
-            break
-        for edges in itertools.combinations(wanted, size):
-            if possible(_with_edges(mission, given, edges, robots)):
-                return list(edges)
-    return []
+    some = [*itertools.combinations(wanted, 1), *(itertools.combinations(wanted, 2) if len(wanted) <= _EDGES else ())]
+    return next((list(edges) for edges in some if possible(_with_edges(mission, given, edges, robots))), [])
 
 
 def opened_to_all(mission: Mission, possible: Callable[[Worlds], bool], robots: Sequence[str]) -> list[str]:
@@ -198,13 +198,11 @@ def opened_to_all(mission: Mission, possible: Callable[[Worlds], bool], robots: 
 
     if not closed + edges or not would_be(closed, edges):
         return []
-    for one in closed:
-        if would_be([one], ()):
-            return [f"If {one[1]} were open to every robot it could hold."]
-    for edge in edges:
-        if would_be((), [edge]):
-            return [f"If the edge {edge.between[0]} - {edge.between[1]} were open to every robot it could hold."]
-    return ["If all regions and edges were open to every robot it could hold."]
+    alone = itertools.chain(
+        (one[1] for one in closed if would_be([one], ())),
+        (f"the edge {edge.between[0]} - {edge.between[1]}" for edge in edges if would_be((), [edge])),
+    )
+    return [f"If {next(alone, 'all regions and edges')} were open to every robot it could hold."]
 
 
 def _with_edges(mission: Mission, given: Environment, edges: Sequence[tuple[str, str]], robots: Sequence[str]) -> Worlds:

@@ -97,14 +97,10 @@ class JointTask(TeamTask):
         Raises:
             TooLarge: There are too many different orders.
         """
-        found: dict[int, tuple[int, ...]] = {}
         letters = [[self.masks[letter] for letter in word] for word in self.graph.team.letters_of(paths)]
-        for index, part in enumerate(self.parts):
-            words = WordEffects(part, None)
-            bad = words.failing_order([words.of(word) for word in letters])
-            if bad is not None:
-                found[index] = bad
-        return found
+        effects = (WordEffects(part, None) for part in self.parts)
+        orders = (words.failing_order([words.of(word) for word in letters]) for words in effects)
+        return {index: bad for index, bad in enumerate(orders) if bad is not None}
 
 
 Progress = tuple[int, tuple[int, ...], int, int, tuple[int, ...]]
@@ -299,7 +295,7 @@ class _Orders(OrderBounds[int, _Begin, Seen]):
     def moves(self, word: int) -> bool:
         return self._words.moved[word]
 
-    def first(self, own: int) -> int:
+    def first(self, own: int, /) -> int:
         return self._words.first[own]
 
     def begin(

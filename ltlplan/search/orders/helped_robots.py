@@ -7,11 +7,13 @@ themselves; so these bounds add up. A robot that shows a letter which breaks a c
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import islice
 
 from ltlplan.logic.automaton import DEAD
 from ltlplan.search.joint.conjuncts import JointConjunct
 from ltlplan.search.label_setting import distances
 from ltlplan.search.memoization import memoized
+from ltlplan.search.numbering import closure
 from ltlplan.search.orders.state_sets import Known, Reading, Shown
 from ltlplan.search.team_reading import UNREACHABLE
 from ltlplan.systems.transition_systems import TransitionSystem
@@ -89,19 +91,18 @@ class _Helped:
     def _look_from(self, start: _At) -> None:
         """Find out what is left at all that can be reached."""
         before: dict[_At, list[tuple[_At, float]]] = {}
-        reached, ends, waiting = {start}, list[tuple[_At, float]](), [start]
-        for at in waiting:  # grows while it is walked
-            for onwards, cost in self._onwards(at):
-                before.setdefault(onwards, []).append((at, cost))
-                if onwards not in reached:
-                    reached.add(onwards)
-                    waiting.append(onwards)
-            if len(reached) > _MOST:
-                self._left[start] = 0.0
-                return
-            end = self._system.ending(at[0])
-            if end is not None and all(map(self._part.accepting, at[1])):
-                ends.append((at, end))
+
+        def onwards(at: _At) -> Iterator[_At]:
+            for after, cost in self._onwards(at):
+                before.setdefault(after, []).append((at, cost))
+                yield after
+
+        reached = list(islice(closure([start], onwards), _MOST + 1))
+        if len(reached) > _MOST:
+            self._left[start] = 0.0
+            return
+        endings = ((at, self._system.ending(at[0])) for at in reached if all(map(self._part.accepting, at[1])))
+        ends = [(at, end) for at, end in endings if end is not None]
         least = distances([_END], lambda at: ends if at == _END else before.get(at, ()))
         self._left |= {at: least.get(at, UNREACHABLE) for at in reached}
 
@@ -119,12 +120,6 @@ class _Helped:
     @memoized
     def _read(self, states: States, first: tuple[int, ...], held: tuple[int, ...]) -> States | None:
         """Return the states after one of some letters, and then any that are held, as often as one likes; None where some lose the task."""
-        found = {self._part.step(state, letter) for state in states for letter in first}
-        waiting = list(found)
-        for state in waiting:  # grows while it is walked
-            if state == DEAD:
-                return None
-            after = {self._part.step(state, letter) for letter in held} - found
-            found |= after
-            waiting += after
-        return frozenset(found)
+        begun, step = {self._part.step(state, letter) for state in states for letter in first}, self._part.step
+        found = frozenset(closure(begun, lambda state: (step(state, letter) for letter in held)))
+        return None if DEAD in found else found

@@ -12,6 +12,7 @@ from ltlplan.search.orders.event_names import event_names
 from ltlplan.search.orders.linearisations import Linearisations
 from ltlplan.search.orders.planning import MOST_STATES, OrderedTeam
 from ltlplan.search.orders.reading import shown_by
+from ltlplan.search.orders.state_sets import all_or_none
 from ltlplan.search.reduced_graph import staying
 from ltlplan.systems.transition_systems import Node, TransitionSystem
 from ltlplan.systems.visit_log import VisitLog
@@ -82,15 +83,13 @@ def precedences_for(plan: Plan) -> tuple[Precedence, ...] | None:
     return found.precedences
 
 
-def systems_of_words(plan: Plan) -> list[TransitionSystem] | None:
+def systems_of_words(plan: Plan) -> tuple[TransitionSystem, ...] | None:
     """Return for each robot a system that can only give its planned word; None where one does not show the planned visits.
 
     Args:
         plan: Of a finite trace.
     """
-    systems = [_chain(plan, name, robot) for name, robot in plan.robots.items()]
-    known = [system for system in systems if system is not None]
-    return known if len(known) == len(systems) else None
+    return all_or_none(_chain(plan, name, robot) for name, robot in plan.robots.items())
 
 
 def _chain(plan: Plan, name: str, robot: RobotPlan) -> TransitionSystem | None:

@@ -91,7 +91,7 @@ class EventReading(PaidApart):
     """
 
     def __init__(self, systems: Sequence[TransitionSystem], shown: Sequence[Sequence[Shown]], reading: Reading) -> None:
-        self._events = Events(systems, shown, reading)
+        self._events, self.kept_apart = Events(systems, shown, reading), len(systems)
         self._places: Numbers[Place] = Numbers()
 
     def cheapest(self, budget: Budget) -> Course | None:
@@ -137,10 +137,6 @@ class EventReading(PaidApart):
         for robot in range(len(nodes)):
             for after, cost in self._events.steps(robot, place):
                 yield self._places[after], cost, robot
-
-    def nothing_paid(self) -> Costs:
-        """Return no cost for any robot."""
-        return (0.0,) * len(self._events.systems)
 
     def pay(self, label: Label[int], cost: float, who: object) -> Iterator[tuple[Costs, object]]:
         """Yield what each robot has paid after a step.

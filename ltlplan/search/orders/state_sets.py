@@ -11,18 +11,19 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterable, Iterator, Sequence
+from typing import TypeVar
 
 from ltlplan.logic.automaton import DEAD
 from ltlplan.search.counting.counting_propositions import Marks, Sums
 from ltlplan.search.joint.conjuncts import JointConjunct
-from ltlplan.search.label_setting import BestFirst
 from ltlplan.search.memoization import memoized
-from ltlplan.search.numbering import Numbers
+from ltlplan.search.numbering import Numbers, closure
 from ltlplan.systems.transition_systems import TransitionSystem
 
 _MOST_LETTERS = 4_000
 """Letters of a team, or states of the formula, that are looked at to find out whether any word satisfies it."""
 
+Each = TypeVar("Each")
 Shown = tuple[Sums, ...]
 """The marks that a robot's letter makes; at a wall that rooms share those of each letter that it may show."""
 
@@ -75,7 +76,7 @@ class Reading:
             team: What each robot shows.
         """
         letters = self.letters(team)
-        return _all(part.begin(letters) for part in self._parts)
+        return all_or_none(part.begin(letters) for part in self._parts)
 
     def after(self, known: Known, team: tuple[Shown, ...], robot: int) -> Known | None:
         """Return what is possible when one robot has come to its next letter; None where some team word has lost the task.
@@ -86,7 +87,7 @@ class Reading:
             robot: Who has come to another letter.
         """
         letters, reader = self.letters(team), 0 if self.joint else robot
-        return _all(part.after(at, letters, reader) for part, at in zip(self._parts, known, strict=True))
+        return all_or_none(part.after(at, letters, reader) for part, at in zip(self._parts, known, strict=True))
 
     def accepting(self, known: Known) -> bool:
         """Tell whether every team word that ends here satisfies the formula."""
@@ -109,17 +110,13 @@ class Reading:
         teams = itertools.product(*distinct) if self.joint else ((each,) for own in distinct for each in own)
         letters = {letter for team in teams for own in self.letters(team) for letter in own}
 
-        def onwards(states: tuple[int, ...]) -> Iterator[tuple[tuple[int, ...], float]]:
-            for letter in letters:
-                after = tuple(part.step(state, letter) for part, state in zip(self.marks.parts, states, strict=True))
-                if DEAD not in after:
-                    yield after, 1.0
+        def onwards(states: tuple[int, ...]) -> Iterator[tuple[int, ...]]:
+            pairs = list(zip(self.marks.parts, states, strict=True))
+            every = (tuple(part.step(state, letter) for part, state in pairs) for letter in letters)
+            return (after for after in every if DEAD not in after)
 
-        first = dict(onwards(self.marks.initial))
-        for seen, (states, _, _) in enumerate(BestFirst(first, onwards, ties="first")):
-            if self.marks.accepting(states) or seen > _MOST_LETTERS:
-                return True
-        return False
+        reached = enumerate(closure(onwards(self.marks.initial), onwards))
+        return any(self.marks.accepting(states) or seen > _MOST_LETTERS for seen, states in reached)
 
     def is_idle(self, shown: Shown, index: int | None = None) -> bool:
         """Tell whether it makes no difference that a robot which goes on showing the same is read again.
@@ -180,12 +177,17 @@ class Reading:
         return (tuple(dict.fromkeys(map(self.marks.letter, sums))),)
 
 
-def _all(found: Iterable[int | None]) -> Known | None:
-    kept: list[int] = []
-    for at in found:
-        if at is None:
+def all_or_none(found: Iterable[Each | None]) -> tuple[Each, ...] | None:
+    """Return what was found, each in turn; None as soon as one was not.
+
+    Args:
+        found: What was found, or None.
+    """
+    kept: list[Each] = []
+    for each in found:
+        if each is None:
             return None
-        kept.append(at)
+        kept.append(each)
     return tuple(kept)
 
 

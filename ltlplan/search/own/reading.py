@@ -200,12 +200,10 @@ class _Orders(OrderBounds[_Effect, int, int]):
     def moves(self, word: _Effect) -> bool:
         return word != self._part.identity
 
-    def first(self, own: _Effect) -> int:
-        del own
+    def first(self, _own: _Effect, /) -> int:
         return 0
 
-    def begin(self, first: int, before: Sequence[_Effect], after: Sequence[_Effect], *_: object) -> tuple[int, frozenset[int]]:
-        del first
+    def begin(self, _first: int, before: Sequence[_Effect], after: Sequence[_Effect], *_: object) -> tuple[int, frozenset[int]]:
         part = self._part
         state = part.initial
         for effect in before:

@@ -60,35 +60,18 @@ def path_search(
 
 
 @dataclass(frozen=True, slots=True)
-class Leg:
-    """A cheapest way on.
+class Tour:
+    """A cheapest way on of one robot, or all of its tour: its tasks, one after another.
 
     Attributes:
-        cost: Of the way.
-        end: Where it leads.
-        nodes: On the way, the first one left out.
+        cost: Of the way; infinite where there is none.
+        end: Where it leads; of a tour, where the last task is done.
+        nodes: That matter, of the robot's graph; of a way on the first one is left out.
     """
 
     cost: float
     end: Place
-    nodes: tuple[int, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Tour:
-    """Tour of one robot: its tasks, one after another.
-
-    Attributes:
-        tasks: In this order; some may be done on the way to others.
-        cost: Of all legs; infinite where there is no way.
-        nodes: That matter, of the robot's graph.
-        end: Where the last task is done; None where there is no way.
-    """
-
-    tasks: tuple[int, ...]
-    cost: float
     nodes: tuple[int, ...] = ()
-    end: Place | None = None
 
 
 class Tours:
@@ -138,7 +121,7 @@ class Tours:
         """
         self.priced += 1
         begun, start, label = self._begin[robot], self._graph.start[robot], self._graph.label[robot]
-        nowhere = Tour(tasks, math.inf)
+        nowhere = Tour(math.inf, (start, ()))
         if begun is None:
             return nowhere
         at, cost, nodes = (start, begun), 0.0, [start]
@@ -156,7 +139,7 @@ class Tours:
         last = self._finish(self._owner(robot, at), at, frozenset(tasks).intersection(self.kinds.own))
         if last is None or cost + last.cost > self._most[robot]:
             return nowhere
-        return Tour(tasks, cost + last.cost, (*nodes, *last.nodes), at)
+        return Tour(cost + last.cost, at, (*nodes, *last.nodes))
 
     def more(self, tasks: tuple[int, ...], task: int) -> Iterator[tuple[int, ...]]:
         """Yield tours with one more task: one that takes several letters may be begun before others and done after them.
@@ -184,10 +167,9 @@ class Tours:
             robot: Whose costs count.
             task: The one that it does first.
         """
-        at = self.tour(robot, (task,)).end
-        if at is None:
-            return {}
-        legs = ((t, self._leg(self._owner(robot, at), at, t, self._parts[t].initial, False)) for t in self.tasks)
+        done = self.tour(robot, (task,))
+        at, others = done.end, self.tasks if done.cost < math.inf else ()
+        legs = ((t, self._leg(self._owner(robot, at), at, t, self._parts[t].initial, False)) for t in others)
         return {task: leg.cost for task, leg in legs if leg is not None}
 
     def _is_done_by_a_letter(self, index: int) -> bool:
@@ -207,19 +189,19 @@ class Tours:
 
     def _may_end(self, watched: Watched, own: frozenset[int]) -> bool:
         """Tell whether a robot's word may end: what it does is done, and what others do is as it was, or done."""
-        for index, (first, *others) in zip(self._watched, watched, strict=True):
-            part = self._parts[index]
-            left_alone = index in self.kinds.own and index not in own and first == part.initial
-            if not (left_alone or part.accepting(first)) or not all(map(part.accepting, others)):
-                return False
-        return True
+        others_do = set(self.kinds.own) - own
+        return all(
+            (part.accepting(first) or (index in others_do and first == part.initial)) and all(map(part.accepting, others))
+            for index, (first, *others) in zip(self._watched, watched, strict=True)
+            for part in (self._parts[index],)
+        )
 
     def _owner(self, robot: int, at: Place) -> int:
         """Return the first robot for which all ways from a place are the same."""
         return max(0, self._graph.key(robot, at[0])[0])
 
     @memoized
-    def _leg(self, robot: int, at: Place, task: int, state: int, only_on: bool) -> Leg | None:
+    def _leg(self, robot: int, at: Place, task: int, state: int, only_on: bool) -> Tour | None:
         """Return the cheapest way to do a task, which is in a state, or only to go on with it; None where there is none."""
         if task in self._of_a_letter:
             return self._legs_from(robot, at).get(task)
@@ -232,26 +214,26 @@ class Tours:
         search = path_search(self._graph, robot, (at[0], (at[1], state)), read)
         for key, cost, _ in search:
             if part.accepting(key[1][1]) or (only_on and key[1][1] != state):
-                return Leg(cost, (key[0], key[1][0]), tuple(node for node, _ in search.path(key)[1:]))
+                return Tour(cost, (key[0], key[1][0]), tuple(node for node, _ in search.path(key)[1:]))
         return None
 
     @memoized
-    def _legs_from(self, robot: int, at: Place) -> dict[int, Leg]:
+    def _legs_from(self, robot: int, at: Place) -> dict[int, Tour]:
         """Return the cheapest ways to do each task of one letter."""
-        found: dict[int, Leg] = {}
+        found: dict[int, Tour] = {}
         search = path_search(self._graph, robot, at, self._read)
         for key, cost, _ in search:
             if new := self._doing[self._graph.label[robot][key[0]]] - found.keys():
-                found.update(dict.fromkeys(new, Leg(cost, key, tuple(node for node, _ in search.path(key)[1:]))))
+                found.update(dict.fromkeys(new, Tour(cost, key, tuple(node for node, _ in search.path(key)[1:]))))
                 if len(found) == len(self._of_a_letter):
                     break
         return found
 
     @memoized
-    def _finish(self, robot: int, at: Place, own: frozenset[int]) -> Leg | None:
+    def _finish(self, robot: int, at: Place, own: frozenset[int]) -> Tour | None:
         """Return the cheapest way to where a robot's word may end; None where there is none."""
         search = path_search(self._graph, robot, at, self._read, lambda watched: self._may_end(watched, own))
         for key, cost, _ in search:
             if key[0] == _DONE:
-                return Leg(cost, at, tuple(node for node, _ in search.path(key)[1:-1]))
+                return Tour(cost, at, tuple(node for node, _ in search.path(key)[1:-1]))
         return None
