@@ -63,7 +63,7 @@ def with_a_robot_aside(refusal: Refusal) -> Candidate | None:
         return None
     if made.mission.spec.trace == "infinite" or made.meetings or made.precedences or len(_close(made, witness)) < 2:
         return None
-    return _first_flyable(_answered(refusal, "aside", other) for other in aside(made, _close(made, witness)))
+    return _with_an_order(_answered(refusal, "aside", other) for other in aside(made, _close(made, witness)))
 
 
 def no_other_words(refusal: Refusal) -> LtlplanError:
@@ -102,16 +102,21 @@ def _conflict(refusal: Refusal) -> Witness | None:
 
 def _first_flyable(others: Iterable[Candidate | None]) -> Candidate | None:
     """Return the first candidate whose visits can be made one after another, else the first one; with a note on the words that are given up."""
-    from refine.coordination.alternative_ways import has_an_order
-
-    found = [other for other in others if other is not None]
-    best = next((other for other in found if has_an_order(other.plan)), found[0] if found else None)
+    best = _with_an_order(others)
     if best is None:
         return None
     first = _given_up(best)
     why = "" if first is None else first.why if first.obstruction is None else first.obstruction.what
     note = f"The words planned first were given up for others, as no flight of theirs was found. {why}".rstrip()
     return replace(best, plan=best.plan.noting(note).model_copy(update={"complete": False}))
+
+
+def _with_an_order(others: Iterable[Candidate | None]) -> Candidate | None:
+    """Return the first candidate whose visits can be made one after another, else the first one."""
+    from refine.coordination.alternative_ways import has_an_order
+
+    found = [other for other in others if other is not None]
+    return next((other for other in found if has_an_order(other.plan)), found[0] if found else None)
 
 
 def _held_letter(made: Plan) -> list[str]:

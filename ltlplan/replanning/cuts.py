@@ -28,6 +28,8 @@ _SEVERAL = 2
 """The same where the words are one choice of several."""
 _RELIEFS = 3
 """Soft parts without which a plan is tried that no flight kept."""
+STEPS_ASIDE = "out of the way of"
+"""Words of a plan's notes on robots that step aside."""
 CutKind = Literal[
     "waits",
     "pace",
@@ -282,5 +284,6 @@ def digest(made: Plan) -> str:
         name: (str(robot.word), robot.still, [visit.model_dump() for visit in robot.visits])
         for name, robot in made.robots.items()
     }
-    waits = [wait.model_dump() for wait in (*made.precedences, *made.meetings)]
+    waits: list[Any] = [wait.model_dump() for wait in (*made.precedences, *made.meetings)]
+    waits += [note for note in made.notes if STEPS_ASIDE in note]
     return hashlib.sha256(json.dumps([does, waits], sort_keys=True).encode()).hexdigest()

@@ -1,7 +1,7 @@
 """Robots that step aside: to a place off the others' ways, where no flight of the planned words was found.
 
 Planning has robots rest in middles of regions alone. So one that ends, or hovers, where another one has to pass is led on to a place off all other
-ways, once its visits are made: in free flight, or in a region in which it ends. One that flies from place to place within a region which the formula
+ways, once its visits are made: in free flight, or in a region in which it ends. One that has to let another one through first flies by such a place. One that flies from place to place within a region which the formula
 lets it leave is led around outside of it.
 """
 
@@ -16,6 +16,7 @@ import numpy as np
 
 from ltlplan.free_space.free_space import Place
 from ltlplan.paths.costs import cost_of, plan_cost, team_cost
+from ltlplan.replanning.cuts import STEPS_ASIDE
 from ltlplan.search.orders.planned_words import hold_under_precedences
 from ltlplan.systems.region_labels import Layout
 from ltlplan.systems.routes import Routes
@@ -43,12 +44,15 @@ def aside(plan: Plan, pair: Sequence[str]) -> Iterator[Plan]:
         plan: Of a finite trace, without waits, whose words no flight was found for.
         pair: The two.
     """
-    for name, other in itertools.permutations(pair, 2):
-        robot = _Robot(plan, name)
-        for changed in (*robot.led_on(other), *robot.led_around()):
-            if hold_under_precedences(made := _with(plan, name, changed)):
-                place = next(at.position for at in changed.waypoints if at not in plan.robots[name].waypoints)
-                yield made.noting(f"{name} flies by ({', '.join(f'{x:.2f}' for x in place)}), out of the way of {other}.")
+    robots = [(_Robot(plan, name), other) for name, other in itertools.permutations(pair, 2)]
+    on = ((robot, other, changed) for robot, other in robots for changed in robot.led_on(other))
+    by = ((robot, other, changed) for robot, other in robots for changed in robot.led_by(other))
+    around = ((robot, other, changed) for robot, other in robots for changed in robot.led_around())
+    for robot, other, changed in itertools.chain(on, by, around):
+        known = {at.position for at in robot.own.waypoints}
+        place = next((at.position for at in changed.waypoints if at.position not in known), None)
+        if place is not None and hold_under_precedences(made := _with(plan, robot.name, changed)):
+            yield made.noting(f"{robot.name} flies by ({', '.join(f'{x:.2f}' for x in place)}), {STEPS_ASIDE} {other}.")
 
 
 def _starts_in_the_way(plan: Plan, name: str, other: str) -> bool:
@@ -91,7 +95,7 @@ class _Robot:
         if not near or mission.agents[self.name].end is not None or _starts_in_the_way(self.plan, self.name, other):
             return
         shown, seen = self.own.word.letters[-1], set[tuple[Letter, ...]]()
-        for place in self._places(last, last):
+        for place in self._places(last, last, nearer=True):
             found = self._leg(last, place)
             if found is not None and found[1] not in seen and found[1][0] == shown & mission.all_regions.keys():
                 seen.add(found[1])
@@ -99,10 +103,36 @@ class _Robot:
                 letters = [*self.own.word.letters, *(more if len(set(found[1])) > 1 else ())]
                 yield self._flying([*self.own.waypoints, *_vias(found[0][1:])], letters, self.own.visits)
 
+    def led_by(self, other: str) -> Iterator[RobotPlan]:
+        """Yield its plan with a place aside, where it lets another robot through, on a leg that comes near that one's way; the word stays the same.
+
+        It comes to the place while the other one is at its start, and flies on from there while that one is at its end.
+        """
+        kept, away = spacing_of(self.plan.mission), _way(self.plan.robots[other])
+        for here, there in self._legs:
+            start, end = (np.array(self.own.waypoints[k].position) for k in (here, there))
+            direct = self._leg(start, end)
+            if direct is None or _apart(away, _dense(direct[0]), kept.z_scale).min() >= kept.distance:
+                continue
+            for place in self._places(start, start):
+                out, on = self._leg(start, place), self._leg(place, end)
+                if out is None or on is None or (*out[1][:-1], *on[1]) != direct[1]:
+                    continue
+                rests = ((away[:1], out[0]), (away[-1:], on[0]))
+                if all(_apart(at, _dense(way), kept.z_scale).min() >= kept.distance for at, way in rests):
+                    points = [*_vias(out[0][1:]), *_vias(on[0][1:-1])]
+                    after = [*self.own.waypoints[: here + 1], *points, *self.own.waypoints[there:]]
+                    yield self._flying(after, self.own.word.letters, self.own.visits)
+                    break
+
+    @property
+    def _legs(self) -> list[tuple[int, int]]:
+        """The waypoints, by index, between which it flies from stop to stop."""
+        return [*itertools.pairwise(k for k, at in enumerate(self.own.waypoints) if at.role in ("start", "centre", "end"))]
+
     def led_around(self) -> Iterator[RobotPlan]:
         """Yield its plan with a leg within a region led around outside of it, once for each such leg."""
-        stops = [k for k, at in enumerate(self.own.waypoints) if at.role in ("start", "centre", "end")]
-        for here, there in itertools.pairwise(stops):
+        for here, there in self._legs:
             found = self._around(here, there)
             if found is not None:
                 yield found
@@ -139,8 +169,11 @@ class _Robot:
             )
         return None
 
-    def _places(self, start: Floats, end: Floats) -> Iterator[Floats]:
-        """Yield places aside in no regions but those around both ends, by which the straight ways are shortest first; of some regions, else the one farthest off others' ways."""
+    def _places(self, start: Floats, end: Floats, *, nearer: bool = False) -> Iterator[Floats]:
+        """Yield places aside in no regions but those around both ends, by which the straight ways are shortest first.
+
+        Where none in some regions is far enough off others' ways, `nearer` takes the farthest one: these may bend.
+        """
         from refine.corridor.legs import CLEARANCE, bodies_of
 
         mission, kept = self.plan.mission, spacing_of(self.plan.mission)
@@ -161,7 +194,7 @@ class _Robot:
             these = np.flatnonzero([free[k] and held[k] == regions for k in range(len(grid))])
             far = these[off[these] >= kept.distance + _ASIDE]
             yield from grid[far[np.argsort(lengths[far].round(6), kind="stable")[:_LOOKED_AT]]]
-            if not len(far) and off[these].max() > kept.distance / 2.0:
+            if nearer and not len(far) and off[these].max() > kept.distance / 2.0:
                 yield grid[these[np.argmax(off[these].round(6))]]
 
     def _leg(self, start: Floats, end: Floats) -> tuple[Floats, tuple[Letter, ...]] | None:

@@ -325,6 +325,12 @@ STEPS_ASIDE = {
     "a robot that may not leave a region makes room in it": Refused(
         "F a.right & G b.mid", f"a: {_at(-1.2, 0)}, b: {_at(0, 0)}", (), f"{_RIGHT}, {_between('mid', 0, 0, 0.4, 1.2)}", _walls(0, 1.0, 0.9)
     ),
+    "two robots swap ends through a corridor": Refused(
+        "true", f"a: {_at(-1.2, 0, (1.2, 0))}, b: {_at(1.2, 0, (-1.2, 0))}", (), "", _walls(0, 1.0, 0.5)
+    ),
+    "two robots swap places through a corridor": Refused(
+        "F a.right & F b.left", f"a: {_at(-1.2, 0)}, b: {_at(1.2, 0)}", (), f"{_LEFT}, {_RIGHT}", _walls(0, 1.0, 0.5)
+    ),
 }  # fmt: skip
 """Missions that were refused, as planning has robots rest in regions alone: a robot has to step aside to a place of its own."""
 
