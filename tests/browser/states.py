@@ -145,7 +145,7 @@ def states(lab: Lab) -> dict[str, tuple[str, Act | None]]:
         "faults": ("/", _faulty), "stored missions": ("/", _stored), "history": ("/", _history),
         "a new token": ("/people", _token),
         "an event": ("/live/lab", _event), "a replay": ("/live/lab", _replayed),
-        "a flight that is stopped": ("/live/lab", _press("Stop lab", "Motors off")),
+        "a flight that is stopped": ("/live/lab", _press(re.compile("(Stop|Land) lab"), "Motors off")),
         "login": ("/login", None), "another password": ("/password", None), "no page": ("/nothing", None),
     }  # fmt: skip
 

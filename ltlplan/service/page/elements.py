@@ -259,4 +259,5 @@ def say(problem: Exception | str, *, good: bool = False, stays: bool = False) ->
         stays: Whether it is there until it is closed; else it passes.
     """
     kind = "positive" if good else "negative"
-    ui.notify(str(problem), type=kind, multi_line=True, close_button="close", timeout=0 if stays else 6000)
+    seconds = 0 if stays else 6
+    ui.notify(str(problem), type=kind, position="top", multi_line=True, close_button="Close", timeout=1000 * seconds)

@@ -97,15 +97,15 @@ export default {
     share(metres) { return Math.min(Math.max((100 * metres) / (this.frame.margin || 1), 0), 100) + "%"; },
     begin() {
       this.line?.leave(this.looker);
-      this.line = this.picture = this.frame = this.replayed = null;
-      this.robots = [];
-      this.next = [];
+      this.line = this.replayed = null;
+      if (!this.replay) this.clear(); // else it stays until the recording has come
       this.running = false;
       this.trouble = "";
       this.said = [];
       if (this.replay) this.load();
       else if (this.flight) { this.line = Line.of(this.flight); this.line.look(this.looker); }
     },
+    clear() { Object.assign(this, { picture: null, frame: null, robots: [], next: [] }); },
     async load() {
       const asked = this.replay;
       try {
@@ -115,7 +115,7 @@ export default {
         if (!answer.ok) throw new Error(found.detail);
         this.replayed = Object.freeze(found);
         this.seek(0);
-      } catch (error) { this.trouble = "It cannot be replayed: " + error.message; }
+      } catch (error) { this.clear(); this.trouble = "It cannot be replayed: " + error.message; }
     },
     put(picture) {
       this.picture = Object.freeze(picture || this.picture);

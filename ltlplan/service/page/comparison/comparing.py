@@ -49,7 +49,7 @@ class Comparing:
             first = self.desk.job.id
         for chosen in filter(None, (first, second)):
             if chosen not in jobs:
-                jobs[chosen] = chosen
+                jobs[chosen] = await self._name(chosen)
         self.chooser.show((jobs, first, second), lambda: self._choices(jobs, first, second))
         both = bool(first and second)
         self.whole.classes(add="two") if both else self.whole.classes(remove="two")
@@ -57,6 +57,13 @@ class Comparing:
             await self.show(first, second)
         else:
             self._show_none("")
+
+    async def _name(self, job: str) -> str:
+        """Return what a job is called that is not among the newest, or another's; its id where there is none."""
+        try:
+            return _named(await self.desk.jobs.job(job))
+        except LtlplanError:
+            return job
 
     def _choices(self, jobs: dict[str, str], first: str, second: str) -> None:
         if len(jobs) < 2:
