@@ -8,6 +8,7 @@ from typing import TypeVar
 from refine.coordination.spacing import firm_pairs
 from refine.obstacles.narrow_places import NarrowPlace, narrow_place
 from verify.data import Infeasible, Plan, Witness
+from verify.data.language.lasting import lasting_regions
 from verify.data.obstruction import Obstruction
 from verify.data.progress import Progress
 from verify.data.validation.spacing import spacing_of
@@ -77,6 +78,10 @@ def _helps_to_pass(plan: Plan, pair: tuple[str, ...], place: NarrowPlace | None)
         rest = f"an end or a last region elsewhere for {' and '.join(place.ending)}, as it {hovers} there"
         if len(place.ending) > 1:
             rest = f"ends or last regions elsewhere for {' and '.join(place.ending)}"
+        kept = {name: sorted(lasting_regions(plan.mission, name, inside=True)) for name in place.ending}
+        if all(kept[name] and plan.robots[name].still for name in place.ending):
+            lets = [f"{name} leave {' and '.join(repr(region) for region in kept[name])}" for name in place.ending]
+            rest = f"a formula that lets {' and '.join(lets)}"
     door = "a second door" if place.is_door else "a second way past it"
     borders = " or ".join(f"'{name}'" for name in dict.fromkeys(place.borders))
     crossed = [f"a formula that lets one of them cross the border of {borders}"] if borders else []

@@ -109,7 +109,7 @@ def narrow_place(mission: Mission, robots: Sequence[RobotPlan], names: Sequence[
     lasts = {
         name: np.array(robot.waypoints[-1].position)
         for name, robot in zip(names, robots, strict=True)
-        if robot.cycle_visit is None
+        if robot.cycle_visit is None or robot.still
     }
     ending = tuple(name for name, last in lasts.items() if np.linalg.norm(way[stretch] - last, axis=1).min() <= _STEP)
     x, y, z = way[at].tolist()

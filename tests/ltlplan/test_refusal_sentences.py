@@ -14,7 +14,7 @@ from verify.data.obstruction import Obstruction
 
 SLOW = {
     "a link between parts of a room is too narrow",
-    "an escort into a dead end",
+    "a robot may not leave a region in a corridor",
     "two robots swap places between forbidden regions",
     "two robots swap places in a room",
     "the one in front has no place to come out to",

@@ -124,6 +124,10 @@ CASES = {
     "a robot is to stay in a corridor": Refused(
         "F a.right", f"{_ONE}, b: {_at(0, 0, (0, 0))}", (*_NARROW, "elsewhere for b, as it hovers there"), _RIGHT, _CORRIDOR
     ),
+    "a robot may not leave a region in a corridor": Refused(
+        "F a.right & G b.mid", f"a: {_at(-1.2, 0)}, b: {_at(0, 0)}", (*_NARROW, "a formula that lets b leave 'mid'"), f"{_RIGHT}, {_between('mid', 0, 0, 0.4, 0.4)}", _walls(0, 1.0, 0.5),
+        never=("last region", "hovers there"),
+    ),
     "an escort into a dead end": Refused(
         "F(vip.deep) & G(vip.deep -> guard.deep)", f"vip: {_at(-1.5, 0.5)}, guard: {_at(-1.5, -0.5)}",
         ("guard and vip were in 'deep' at once", "room for 1", "0.4 x 0.3 x 0.2 m now"), _DEEP, _DEAD_END
