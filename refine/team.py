@@ -6,6 +6,7 @@ heading; then the team's departures are chosen so that robots keep their distanc
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping
 from numbers import Integral, Real
 from typing import get_args
@@ -126,11 +127,20 @@ def _in_parts(plan: Plan, witnesses: tuple[Witness, ...], options: RefinementOpt
 
 
 def _in_order(plan: Plan, sign: int) -> Plan:
-    """Return the plan with robots in an order that owes nothing to how they are listed: by how long they fly, times a sign, then by their starts."""
+    """Return the plan with robots in an order that owes nothing to how they are listed: by how long they fly, times a sign, then round the middle of their starts.
 
-    def key(item: tuple[str, RobotPlan]) -> tuple[float, Point]:
+    Round it, robots that are alike come after those beside them; along an axis they come from opposite sides in turn, and give way for longer.
+    """
+    starts = np.array([robot.waypoints[0].position for robot in plan.robots.values()])
+    middle = starts.mean(axis=0)
+
+    def key(item: tuple[str, RobotPlan]) -> tuple[float, float, Point]:
         _, robot = item
-        return sign * round(float(robot.hold + robot.times[-1]), 6), robot.waypoints[0].position
+        start = robot.waypoints[0].position
+        x, y, _ = (
+            np.round(start - middle, 6) + 0.0
+        )  # no negative zeros, on whose sign the angle of what is to the left would hang
+        return sign * round(float(robot.hold + robot.times[-1]), 6), math.atan2(y, x), start
 
     return plan.model_copy(update={"robots": dict(sorted(plan.robots.items(), key=key))})
 
