@@ -230,20 +230,16 @@ class _Remainders(Circumstances):
         gains, here, rest = model.airframe.gains, np.ones(len(model.plan)), model.rest
         _, off_torque = cell.spread
         jump, turn = self._spun_jumps()
-        leaning = np.maximum(tilts.lean, held.lean)
-        gap = self.slip + 1.2 * np.hypot(self.tip, tilts.twist) * held.rates
-        steep = self.tip * ((1.0 + leaning**2) / tilts.upright**4 + leaning / tilts.upright**2)
-        turning = gap * leaning / tilts.upright**2 + held.rates * steep + tilts.twisted
-        angle = tilts.askew + TICK * tilts.twisted + tilts.twist * (self.tip**2 + tilts.askew**2 + tilts.twist**2)
         torque = off_torque * self.bounds.heading["mu"] + (abs(cell.choice.torque - 1.0) + off_torque) * held.spinning
         n: Inputs = {
             ("heading", "u", "gyroscope"): gains.rate[1] * told.gyroscope * here,
             ("heading", "u", "attitude"): gains.attitude[1] * told.attitude * here,
-            ("heading", "u", "coupling"): gains.attitude[1] * (self.stale + angle) + self.countered[1] + self.bent_spin,
+            ("heading", "u", "coupling"): gains.attitude[1] * (self.stale + tilts.askew) + self.countered[1] + self.bent_spin,
             ("heading", "oacc", "coupling"): torque + self.gyration[1] + self.hub_spin + self.reaction,
             ("heading", "oacc", "moment"): self.moment[1] * here,
-            ("heading", "frate", "coupling"): turning,
-            ("heading", "fj", "start"): self._at_first(1.1 * rest.heading + model.given.heading),
+            ("heading", "frate", "coupling"): tilts.twisting,
+            ("heading", "fj", "coupling"): tilts.restarted,
+            ("heading", "fj", "start"): self._at_first(1.1 * rest.heading + 0.3 * rest.tilt**2 + model.given.heading),
             ("heading", "oj", "start"): self._at_first(rest.turn),
             ("heading", "muj", "start"): self._at_first(model.unbalanced[1]),
             ("heading", "oj", "coupling"): jump,

@@ -25,6 +25,7 @@ from verify.tracking.error_model import (
     NotProved,
     along_slopes,
     most_of,
+    shifted,
     size_of,
 )
 from verify.tracking.flatness import FedForward, Jet
@@ -105,7 +106,8 @@ class Tilts:
         pulled: What that makes of the force at a command, horizontally.
         shifts: By how much that changes until the next one.
         twist: The attitude's error about the axis, rad.
-        askew, twisted: What tilts, and steps of the command, make of it; the latter a rate.
+        askew: How far it is from the twist beside the plan's attitude.
+        restarted: What the plan's attitude turns about z by at a command beside what was fed forward, rad.
         curved: Distance of the plan's force from what its derivatives at the command make of it.
         slide: Rate of the scale, m/s^3.
         broken: Jumps of tilt, rate and moment where the plan's pieces join.
@@ -129,17 +131,14 @@ class Tilts:
         across = flat["d"] + self._third + self.longer * held.lean
         self.across = across / self.least
         self.tip = self.across / self.upright
-        self.askew = over * self.tip / self.upright**2
-        turning = held.turning + held.spinning
-        fast = held.rates + held.spin
-        self.twisted = 4.0 * TICK**2 * (turning * fast + fast**3) / self.upright**3  # its rate, rad/s
-        self.twist = bounds.heading["f"] + self.askew + TICK * self.twisted
+        self.away = (flat["tilted"] + abs(self._rho) * 0.5 * TICK * self._fast_side + self.curved) / self.least
+        self._beside()
+        self.twist = bounds.heading["f"] + self.askew
         whole = np.hypot(self.tip, self.twist)
         if not np.all(whole < 0.8):
             raise NotProved("the attitude's error may be more than 53 degrees")
         straight = whole * whole / (1.0 + np.sqrt(1.0 - whole * whole))
         self._swung = self.twist + self.tip * self.tip + self.lean * self.tip + straight
-        self.away = (flat["tilted"] + abs(self._rho) * 0.5 * TICK * self._fast_side + self.curved) / self.least
         self._away_middle = self.away + 0.5 * TICK * self._first / (self.least * cell.choice.thrust)
         self._asked()
         self._turning()
@@ -206,6 +205,68 @@ class Tilts:
         if not np.all(least > 1.0):
             raise NotProved("the commanded force may vanish")
         return np.minimum(self._moved(lambda fed: fed.length), along + 0.5 * beside * beside / least) + ROUNDING
+
+    def _beside(self) -> None:
+        """Bound how far attitudes are from that which is fed forward of the plan alone, and turns as it says until the next command.
+
+        The twist t beside it is twice the third component of the quaternion of the rotation r from it. By the rates w of the body and v of what is
+        fed forward of the plan, t' = cos(|r| / 2) (w - v)_3 + (q x v)_3 + (q x (w - v))_3 / 2, where q is twice the vector of that quaternion.
+        """
+        held, fed, bounds, heading = self._held, self._fed.here, self._bounds, self._model.given.heading
+        twist, (tilting, spinning) = bounds.heading["f"], self._parting()
+        tilted = heading * self._side / self._cell.choice.thrust
+        angle = (bounds.lateral["aim"] + tilted + held.lean * bounds.vertical["aim"]) / fed.length.value.low + ROUNDING
+        cosine, planned = np.sqrt(1.0 - held.lean**2), self._fed.alone
+        leans = np.hypot(*(most_of(jet) for jet in planned.axis[:2]))
+        about = angle * np.minimum(held.lean, leans + 0.5 * angle) / cosine  # of what is asked at a command
+        parted = angle + about + TICK * (tilting + spinning)
+        about = about + TICK * (spinning + parted * held.rates + 0.5 * parted * tilting)
+        rates, turning, plain = self._planned()
+        ahead = np.maximum(self._side / (self.least * self._cell.choice.thrust), leans + TICK * rates[0])
+        if not np.all(ahead < 0.8):
+            raise NotProved("the vehicle may tilt by more than 53 degrees")
+        upright = np.minimum(self.upright, np.sqrt(1.0 - ahead * ahead))
+        self._swayed = self.away / upright + plain + heading * ahead
+        if not np.all(np.hypot(parted, np.hypot(self._swayed, twist)) < 0.8):
+            raise NotProved("the attitude's error may be more than 53 degrees")
+        self.askew = about + parted**2 / 7.0 * twist + 0.5 * parted * np.minimum(self._swayed, self.tip)
+        self._rates = rates[0]
+        drift = 4.0 * TICK**3 * (turning * sum(rates) + sum(rates) ** 3) / upright**3
+        first, rest, stepped = self._model.force()[0][0], self._model.rest.tilt, 1.1 * plain
+        lean = float(np.linalg.norm(first[:2]) / first[2])
+        slid = stepped * (ahead / upright + 0.5 * (self._swayed + stepped))
+        self.restarted = shifted(drift + slid, lean * (2.0 * lean + 0.6 * rest))
+
+    def _parting(self) -> tuple[Floats, Floats]:
+        """Bound how fast the attitude that is asked turns beside the plan's: about x and y together, and about z, rad/s."""
+        x, y, z = (
+            self._moved(lambda fed, k=k: fed.rates[k]) + TICK * self._moved(lambda fed, k=k: fed.rates_change[k])
+            for k in range(3)
+        )
+        return np.hypot(x, y), z
+
+    def _planned(self) -> tuple[tuple[Floats, Floats], Floats, Floats]:
+        """Bound rates of the plan's attitude, across and about its axis, how they change, and how far the axis is from the plan's force by the next command."""
+        alone, least = self._fed.alone, self._fed.alone.length.value.low
+        changes = np.hypot(*(most_of(jet) for jet in alone.rates_change[:2])), most_of(alone.rates_change[2])
+        rates = (
+            np.hypot(*(most_of(jet) for jet in alone.rates[:2])) + TICK * changes[0],
+            most_of(alone.rates[2]) + TICK * changes[1],
+        )
+        whole, turning, change = rates[0] + rates[1], changes[0] + changes[1], most_of(alone.change)
+        slope = most_of(alone.rate) + TICK * change
+        longest = alone.length.value.high + TICK * slope
+        third = longest * (3.0 * whole * turning + whole**3) + 3.0 * slope * (turning + whole**2) + 3.0 * change * whole
+        strayed = TICK**3 / 6.0 * third + self.curved + abs(self._rho) * (TICK * self._first + self._jumped[0]) + ROUNDING
+        return rates, turning, strayed / np.minimum(least - TICK * slope, self.least)
+
+    @property
+    def twisting(self) -> Floats:
+        """Bound of the twist's rate beside the body's about its axis, rad/s."""
+        tilting, spinning = self._parting()
+        straight = (self._swayed**2 + self._bounds.heading["f"] ** 2) / 7.0
+        across = self._swayed * (self._rates + 0.5 * (self.slip + tilting))
+        return spinning + across + straight * (self._bounds.heading["o"] + spinning)
 
     def _asked(self) -> None:
         """Bound what the law asks for beside the linear terms."""

@@ -9,7 +9,7 @@ import numpy as np
 from flight.control.flatness import feed_forward, lifted
 from flight.control.geometric import GEOMETRIC
 from flight.model.airframe import airframe_of
-from flight.model.attitude import matrix, norm, quaternion_rate, unit
+from flight.model.attitude import error_vector, from_matrix, matrix, norm, quaternion_product, quaternion_rate, unit
 from flight.model.autopilot import Autopilot, Held
 from flight.model.dynamics import ATTITUDE, POSITION, RATES, VELOCITY, QuadcopterDynamics, hover_state
 from flight.model.plant import Motion
@@ -114,7 +114,7 @@ class Disturbed:
 
     @staticmethod
     def _reference(loop, path, t, since):
-        """Return the plan's force some time after a command, what its derivatives make of the command's, and the moment that it needs."""
+        """Return the plan's force some time after a command, what its derivatives make of the command's, the moment that it needs, and its attitude."""
 
         def force_at(time, order):
             value = path.evaluate(time, order + 2)[:3, None] + loop._damping * path.evaluate(time, order + 1)[:3, None]
@@ -128,12 +128,17 @@ class Disturbed:
         moment = norm(now[0]) * (ahead.rates_change[1] * x - ahead.rates_change[0] * y)
         held = [now[0] + since * now[1] + 0.5 * since**2 * now[2], now[1] + since * now[2]]
         moved = [path.evaluate(t + since, order)[:3, None] for order in range(2)]
-        return norm(here[0]), (here[0] * here[1]).sum(0) / norm(here[0]), held, moment, since, moved
+        turn = from_matrix(ahead.turn)  # turns on as the autopilot lets what is commanded
+        for step in range(round(since / STEP)):
+            mean = ahead.rates + (step + 0.5) * STEP * ahead.rates_change
+            half = 0.5 * STEP * norm(mean)
+            turn = quaternion_product(turn, np.concatenate([np.cos(half)[None], 0.5 * STEP * np.sinc(half / np.pi) * mean]))
+        return norm(here[0]), (here[0] * here[1]).sum(0) / norm(here[0]), held, moment, since, moved, turn
 
     @staticmethod
     def _seen(frame, state, held, fed, force, reference):
         """Return feedback, and errors of tilt, rates, moments and thrust as the proof counts them. By name, (n,)."""
-        scale, slide, planned, moment, since, moved = reference
+        scale, slide, planned, moment, since, moved, ahead = reference
         turn = matrix(state[ATTITUDE])
         x, y, z = turn[:, 0], turn[:, 1], turn[:, 2]
         rates = state[RATES]
@@ -145,8 +150,7 @@ class Disturbed:
         d = (scale * z - fed - planned[0])[:2]
         e = (scale * axis_rate + slide * z - planned[1])[:2]
         mu = (scale * (ay * x - ax * y))[:2] - moment
-        level = np.hypot(z[0], z[2])
-        f = np.arctan2(x[1] * level**2 - (x[0] * z[0] + x[2] * z[2]) * z[1], x[0] * z[2] - x[2] * z[0])
+        f = error_vector(np.broadcast_to(ahead, state[ATTITUDE].shape), state[ATTITUDE])[2]
         model = squares.sum(0) / frame.vehicle.mass
         asked = norm(force) + held.thrust_rate / frame.vehicle.mass * since
         slow = squares[0] - squares[1] + squares[2] - squares[3]

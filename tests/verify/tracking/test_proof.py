@@ -41,6 +41,14 @@ def line(length: float = 0.5, duration: float = 4.0) -> Trajectory:
     return Trajectory([duration], coefficients)
 
 
+def bend(duration: float = 3.0) -> Trajectory:
+    """Return a way along x that swings out along y, so that the rates that are fed forward are about all three axes."""
+    path = line(0.4, duration)
+    coefficients = path.coefficients.copy()
+    coefficients[0, 1, 4:] = 12.0 * np.array([1.0, -3.0, 3.0, -1.0]) / duration ** np.arange(4, 8)  # 12 u^4 (1 - u)^3
+    return Trajectory([duration], coefficients)
+
+
 def bound_of(path: Trajectory, told: Disturbance = MODEST):
     start = tuple(float(x) for x in path.coefficients[0, :3, 0])
     return prove(model_of(path, path.duration, start, VEHICLE, told))
@@ -133,7 +141,7 @@ def test_no_disturbed_flight_leaves_its_bound(path, many):
     assert proved.bound < 12.0 * worst
 
 
-@few_of(1, "path", [hover(1.5), hover(), line(), line(0.6, 3.2)], ids=["short hover", "hover", "line", "fast"])
+@few_of(2, "path", [hover(1.5), hover(), line(), line(0.6, 3.2), bend()], ids=["short hover", "hover", "line", "fast", "bend"])
 def test_every_state_stays_within_its_bound(path):
     """Feedback, and the errors of attitude, rates and thrust, as they are in flight, against the bounds that close on each other."""
     told = Disturbance(airframe=AIRFRAME, wind=0.06, position=5e-5, gyroscope=0.003, start=5e-4, sag=0.0)
