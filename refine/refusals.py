@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from typing import TypeVar
+
+import numpy as np
 
 from refine.coordination.spacing import firm_pairs
 from refine.obstacles.narrow_places import NarrowPlace, narrow_place
@@ -52,6 +55,10 @@ def _obstruction(plan: Plan, error: Infeasible, witness: Witness, tried: tuple[s
     match witness.claim:
         case "separation" if len(pair) == 2 and witness.region is None:
             place = narrow_place(mission, [plan.robots[name] for name in pair], pair, spacing_of(mission))
+            if place is None and (close := _close_regions(plan, pair)) is not None:
+                one, other, far = close
+                where = f"Robots in '{one}' and '{other}' at once are {far:.3g} m apart at the most, inside by the margin."
+                return Obstruction(what, pair, where, tried, (f"'{one}' and '{other}' further apart, or larger", *_less(plan)))
             return Obstruction(what, pair, "" if place is None else place.sentence, tried, _helps_to_pass(plan, pair, place))
         case "separation":
             return Obstruction(
@@ -64,6 +71,19 @@ def _obstruction(plan: Plan, error: Infeasible, witness: Witness, tried: tuple[s
             return Obstruction(what, pair, helps=(f"more room{where}", "a smaller `margin`"))
         case _:
             return Obstruction(what, pair)
+
+
+def _close_regions(plan: Plan, pair: tuple[str, ...]) -> tuple[str, str, float] | None:
+    """Return two regions that two robots visit, in which both are too near each other wherever they are, and how far apart at the most, m; else None."""
+    mission, kept = plan.mission, spacing_of(plan.mission)
+    visited = [{visit.region for visit in plan.robots[name].visits} for name in pair]
+    for one, other in itertools.product(*map(sorted, visited)):
+        a, b = mission.all_regions[one], mission.all_regions[other]
+        reach = np.abs(np.subtract(a.center, b.center)) + a.half_lengths + b.half_lengths - 2.0 * mission.margin
+        far = float(np.linalg.norm(reach * (1.0, 1.0, kept.z_scale)))
+        if one != other and far < kept.at_rest:
+            return one, other, far
+    return None
 
 
 def _helps_to_pass(plan: Plan, pair: tuple[str, ...], place: NarrowPlace | None) -> tuple[str, ...]:

@@ -15,6 +15,7 @@ from verify.data.obstruction import Obstruction
 SLOW = {
     "a link between parts of a room is too narrow",
     "a robot may not leave a region in a corridor",
+    "two regions are too near each other for two robots",
     "two robots swap places between forbidden regions",
     "two robots swap places in a room",
     "the one in front has no place to come out to",

@@ -128,6 +128,10 @@ CASES = {
         "F a.right & G b.mid", f"a: {_at(-1.2, 0)}, b: {_at(0, 0)}", (*_NARROW, "a formula that lets b leave 'mid'"), f"{_RIGHT}, {_between('mid', 0, 0, 0.4, 0.4)}", _walls(0, 1.0, 0.5),
         never=("last region", "hovers there"),
     ),
+    "two regions are too near each other for two robots": Refused(
+        "F(a.p & b.q)", _TWO, ("Robots in 'p' and 'q' at once are 0.39 m apart at the most", "'p' and 'q' further apart, or larger", "`margin`"),
+        f"{_between('p', 1.0, 0.1, 0.3, 0.2)}, {_between('q', 1.0, -0.12, 0.3, 0.2)}", never=("to wait in",),
+    ),
     "an escort into a dead end": Refused(
         "F(vip.deep) & G(vip.deep -> guard.deep)", f"vip: {_at(-1.5, 0.5)}, guard: {_at(-1.5, -0.5)}",
         ("guard and vip were in 'deep' at once", "room for 1", "0.4 x 0.3 x 0.2 m now"), _DEEP, _DEAD_END
