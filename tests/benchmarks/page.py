@@ -52,7 +52,7 @@ _OPEN_PROJECT = """async (size) => {
   field().value = "hall";
   field().dispatchEvent(new Event("input", { bubbles: true }));
   const most = Math.min(size, 30);
-  while (document.querySelectorAll(".stored .found li").length < most) await new Promise((done) => requestAnimationFrame(done));
+  while (document.querySelectorAll(".stored .drop li").length < most) await new Promise((done) => requestAnimationFrame(done));
   await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
   return (performance.now() - begin) / 1000;
 }"""

@@ -98,7 +98,7 @@ async def list_projects(request: Request) -> Response:
 
 
 @router.put(
-    "/projects/{name}",
+    "/projects/{name:path}",
     response_model=Project,
     responses=problems(404, body=True),
     openapi_extra=json_body("ProjectChange", "What it is to be."),

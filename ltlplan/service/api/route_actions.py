@@ -58,7 +58,7 @@ ACTIONS: dict[tuple[str, str], Action] = {
     ("POST", "/api/jobs/{job}/rehearsals"): _PLAN,
     ("POST", "/api/jobs/{job}/recordings"): _PLAN,
     ("GET", "/api/projects"): _READ,
-    ("PUT", "/api/projects/{name}"): _PLAN,
+    ("PUT", "/api/projects/{name:path}"): _PLAN,
     ("GET", "/api/drafts"): _READ,
     ("PUT", "/api/drafts/{draft}"): _ASK,
     ("GET", "/api/stored"): _READ,
