@@ -59,8 +59,9 @@ def test_a_plan_with_a_robot_aside_is_certified(name: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", STEPS_ASIDE)
+@pytest.mark.parametrize("name", [name for name in STEPS_ASIDE if "comes back" not in name])
 def test_a_robot_that_steps_aside_is_flown(name: str) -> None:
+    """All but the one whose other words are tried first, from which no robot steps aside: its plan is certified where it does at once."""
     found = certified_team(planned(STEPS_ASIDE[name].text))
     assert found.certificate.holds
     assert any("out of the way of" in note for note in found.plan.notes)
