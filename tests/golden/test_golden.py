@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.golden import CHANGED, cases, differences, golden, platform, result
+from tests.golden import CHANGED, cases, differences, golden, mission_of, platform, result
 from tests.helpers.few import few_of
 
 QUICK = ("shipped firefighting", "random 0", "random 2", "random 3", "random 4")
@@ -16,7 +16,8 @@ def test_results_are_as_before(case: str) -> None:
     assert found.keys() == wanted.keys()
     assert sorted(map(str, found["claims"])) == sorted(map(str, wanted["claims"]))
     assert found["words"].keys() == wanted["words"].keys()
-    assert _shown(found) == _shown(wanted)
+    named = mission_of(case).written.names()
+    assert _shown(found) & named == _shown(wanted) & named, "a path may pass other regions where that is shorter"
     assert found["cost"] == pytest.approx(wanted["cost"], rel=0.1), "more than two processors differ by"
 
 
