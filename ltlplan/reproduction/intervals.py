@@ -283,7 +283,10 @@ INTERVALS: Mapping[str, Mapping[str, Expectation]] = {
     "published-doorpuzzle-1": _problem(30.12, 0.23),
     "published-rover-2": _problem(10.24, 0.18),
     "published-stlcg-1": _problem(17.18, 0.82),
-    "published-stlcg-2": _problem(12.08, 0.92),
+    "published-stlcg-2": {
+        **_problem(12.08, 0.92),
+        "flight": between(10.7, 12.5, "found by sampling: the last bit of a cost may choose another dwell, 11.03 or 12.08 s"),
+    },
     "published-bai-first": _case(12.2, 21.5),
     "published-bai-second": _case(19.4, 35.4),
     "published-schillinger-second": _case(84.0, 125.8),
