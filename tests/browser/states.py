@@ -99,6 +99,12 @@ def _press(*names: str | re.Pattern[str]) -> Act:
     return act
 
 
+def _unfolded(visitor: Visitor) -> None:
+    before = visitor.page.locator(".difference span").count()
+    visitor.page.get_by_role("button", name=re.compile(r"All \d+ lines")).first.click()
+    visitor.wait(f"document.querySelectorAll('.difference span').length > {before}")
+
+
 def _history(visitor: Visitor) -> None:
     visitor.page.locator(".stored summary").click()
     visitor.page.get_by_role("button", name="Open arena").click()
@@ -140,7 +146,7 @@ def states(lab: Lab) -> dict[str, tuple[str, Act | None]]:
         "write": ("/", None), **{tab: (f"/{tab}", None) for tab in TABS}, **of_done,
         "a refused job": (f"/jobs/{lab.refused}/plan", None), "what would mend it": (f"/jobs/{lab.refused}/trust", None),
         "a study": (f"/studies/{lab.study}", None), "two results": (f"/jobs/{lab.done}/compare/{lab.other}", None),
-        "all of a difference": (f"/jobs/{lab.done}/compare/{lab.other}", _press(re.compile(r"All \d+ lines"))),
+        "all of a difference": (f"/jobs/{lab.done}/compare/{lab.other}", _unfolded),
         "deleting": (f"/jobs/{lab.done}/plan", _press("Delete")), "varying": ("/", _press("Study this mission")),
         "faults": ("/", _faulty), "stored missions": ("/", _stored), "history": ("/", _history),
         "a new token": ("/people", _token),

@@ -23,7 +23,6 @@ STOPS = """() => {
     }
     return seen.join();
   };
-  document.activeElement.blur();
   const stops = [...document.querySelectorAll("a[href], button, input, select, textarea, summary, [tabindex], [contenteditable=true]")]
     .filter((each) => each.tabIndex >= 0 && !each.disabled && each.type !== "hidden" && each.checkVisibility({ visibilityProperty: true }))
     .filter((each) => each.type !== "radio");
@@ -43,6 +42,10 @@ STOPS = """() => {
 
 def _walked(visitor: Visitor) -> list[str]:
     """Press Tab until it comes round, and return what is wrong with the way."""
+    visitor.page.evaluate("document.activeElement.blur()")
+    visitor.wait(
+        "document.getAnimations().every((each) => !(each instanceof CSSTransition))"
+    )  # what had the focus looks as without it
     names = visitor.page.evaluate(STOPS)
     way: list[int] = []
     faults: list[str] = []
