@@ -23,8 +23,8 @@ from plotly.offline import get_plotlyjs
 
 from flight.figures import Figure
 
-_EFFORT = 6
-"""Of the compression, as zlib counts it: the greatest takes a third longer for 0.2 % less."""
+_EFFORT = 8
+"""Of the compression, as zlib counts it: 0.04 s longer than the usual 6, for 4 kB less."""
 _LETTERS = np.array([base64.b85encode(bytes([0, 0, 0, digit]))[-1] for digit in range(85)], dtype=np.uint8)
 _SAFE = str.maketrans("<", ",")
 """The one letter of Python's base 85 that could begin markup, and what stands for it."""

@@ -7,6 +7,7 @@ the pictures in the same way.
 from __future__ import annotations
 
 import html
+import re
 from collections.abc import Mapping, Sequence
 from string import Template
 
@@ -21,6 +22,11 @@ def _script(name: str) -> str:
     """Return a script of this package without comments and indents, for a page where all are one; the service's page has some of them as modules."""
     lines = (line.strip().removeprefix("export ") for line in package_text(name).splitlines())
     return "".join(f"{line}\n" for line in lines if line and not line.startswith("//"))
+
+
+def _style() -> str:
+    """Return the style sheet without spaces that say nothing."""
+    return re.sub(r"\s+(?=[{}])|(?<=[{};,:])\s+", "", package_text("style.css"))
 
 
 def page_html(
@@ -48,7 +54,7 @@ def page_html(
     return Template(package_text("page.html")).substitute(
         title=html.escape(f"{heading}: ltlplan"),
         heading=html.escape(heading),
-        style=package_text("style.css"),
+        style=_style(),
         header=header,
         sections="\n".join(sections),
         footer=html.escape(footer),
