@@ -229,7 +229,7 @@ def test_two_windows_write_one_mission_and_nothing_is_lost(address: str, people:
     alice.page.locator(".difference").wait_for()
     alice.page.locator(".history").get_by_label("Project").press("Enter")
     alice.page.get_by_text("version 1 by alice, in both", exact=True).wait_for()
-    alice.page.get_by_role("button", name="Close", exact=True).click()
+    alice.page.locator(".dialog").get_by_role("button", name="Close", exact=True).click()
     with Client(address, token=people.tokens.new("alice.window", account="alice")) as client:
         client.share_project("both")
     bob.checked()
@@ -248,7 +248,7 @@ def test_two_windows_write_one_mission_and_nothing_is_lost(address: str, people:
     alice.page.get_by_role("button", name="History").click()
     alice.page.get_by_role("button", name="Changes of version 2").click()
     alice.page.locator(".difference .added").get_by_text("+name: bobs-hoop").wait_for()
-    alice.page.get_by_role("button", name="Close", exact=True).click()
+    alice.page.locator(".dialog").get_by_role("button", name="Close", exact=True).click()
     alice.page.get_by_role("button", name="Save", exact=True).click()
     alice.page.get_by_text("version 3 by alice, in both", exact=True).wait_for()
     bob.page.get_by_role("button", name="History").click()
