@@ -180,20 +180,8 @@ def rehearse(
         else None,
         hunt=None
         if combinations.hunt is None
-        else hunt(
-            mission, team, margin, wind=combinations.hunt, bounds=_proved(cert), seed=seed, progress=part_of(say, 0.8, 1.0)
-        ),
+        else hunt(mission, team, cert, wind=combinations.hunt, seed=seed, progress=part_of(say, 0.8, 1.0)),
     )
-
-
-def _proved(cert: Certificate | None) -> dict[str, float]:
-    """Return the distance that is proved of each robot, m."""
-    claims = () if cert is None else cert.claims
-    return {
-        claim.robot: claim.bound
-        for claim in claims
-        if claim.name == "tracking" and claim.robot is not None and claim.bound is not None
-    }
 
 
 def _job(

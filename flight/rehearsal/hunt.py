@@ -32,6 +32,7 @@ from flight.onboard_simulation.fleet import Differences, Fleet, Sight
 from flight.random_streams import Draws
 from flight.rehearsal.batches import Air, Chance, peaks
 from flight.rehearsal.corners import intervals_of, said_of
+from verify.certificate import Certificate
 from verify.data import BadInput, Mission, Trajectory
 from verify.data.progress import Progress, part_of, silent
 from verify.recordings.planned_paths import planned_paths
@@ -110,10 +111,9 @@ class _Aim:
 def hunt(
     mission: Mission,
     team: Mapping[str, Trajectory],
-    margin: float | None,
+    cert: Certificate | None,
     *,
     wind: float,
-    bounds: Mapping[str, float] | None = None,
     seed: int = 0,
     progress: Progress | None = None,
 ) -> Hunt:
@@ -122,9 +122,8 @@ def hunt(
     Args:
         mission: Who flies, and the disturbances that are stated.
         team: Its trajectories.
-        margin: Radius of the tube, m; None for none.
+        cert: Its certificate, with the radius of the tube and what is proved of tracking; None for no tube.
         wind: Speed of the air, m/s.
-        bounds: Proved distances of robots under the stated disturbances, m.
         seed: Of the cameras' noise, where no disturbances are stated.
         progress: Called with a sentence and the share done.
 
@@ -150,12 +149,16 @@ def hunt(
     best = fly(_around(best, float(ends[1] - ends[0]), float(ends[-1])), 0.5, 1.0)
     robot = int(np.argmax(errors[aims.index(best)]))
     name, worst = reference.robots[robot], float(errors[aims.index(best), robot])
-    told, left = mission.disturbance, None if margin is None else int(np.count_nonzero(np.max(errors, axis=1) >= margin))
+    margin = None if cert is None else float(cert.margin)
+    left = None if margin is None else int(np.count_nonzero(np.max(errors, axis=1) >= margin))
     at = {} if best.ends is None else {what: ("least", "most")[end] for what, end in zip(hunted.ends, best.ends, strict=True)}
-    within = bounds if bounds and told is not None and wind <= told.wind and worst < float("inf") else {}
+    told = mission.disturbance
+    within = told is not None and wind <= told.wind and worst < float("inf")
+    claims = cert.claims if cert is not None and within else ()
+    bound = next((claim.bound for claim in claims if (claim.name, claim.robot) == ("tracking", name)), None)
     other = {what: size for what, size in hunted.sizes.items() if what != "wind"}
     linear = dict(zip(reference.robots, hunted.linear(), strict=True))
-    return Hunt(wind, other, margin, linear, worst, name, best.time, at, len(aims), left, within.get(name))
+    return Hunt(wind, other, margin, linear, worst, name, best.time, at, len(aims), left, bound)
 
 
 def _sizes(mission: Mission, wind: float) -> dict[str, float]:

@@ -25,6 +25,11 @@ def _require_range(name: str, ends: tuple[float, float]) -> None:
         raise ValueError(f"{name} {ends[0]:g} to {ends[1]:g} s is no range: the least comes first")
 
 
+def _narrowed(ends: tuple[float, float], share: float) -> tuple[float, float]:
+    """Return a share of a range, from its least end on."""
+    return ends[0], ends[0] + share * (ends[1] - ends[0])
+
+
 class StreamedSetpoints(Value):
     """Bounds of what set-points are off by that a controller is sent, 50 times a second."""
 
@@ -68,9 +73,8 @@ class StreamedSetpoints(Value):
             share: From 0 to 1.
         """
         names = ("position", "velocity", "acceleration", "jerk", "snap", "heading")
-        early, late = self.age
         changes = {name: share * getattr(self, name) for name in names}
-        return self.model_copy(update={**changes, "age": (early, early + share * (late - early))})
+        return self.model_copy(update={**changes, "age": _narrowed(self.age, share)})
 
 
 class Unrest(Value):
@@ -161,7 +165,6 @@ class Disturbance(Value):
         """
         names = ("wind", "position", "velocity", "attitude", "gyroscope", "mass", "thrust", "sag", "drag", "moment")
         names += ("inertia", "centre", "start")
-        early, late = self.latency
         changes = {name: share * getattr(self, name) for name in names}
         within = {"rest": self.rest and self.rest.scaled(share), "setpoints": self.setpoints and self.setpoints.scaled(share)}
-        return self.model_copy(update={**changes, **within, "latency": (early, early + share * (late - early))})
+        return self.model_copy(update={**changes, **within, "latency": _narrowed(self.latency, share)})

@@ -95,14 +95,15 @@ def test_nothing_is_found_beyond_the_proved_bound_within_the_stated_disturbances
     coefficients = np.zeros((1, 4, 8))
     coefficients[0, 2, 0] = 1.0
     team = {"r0": Trajectory([3.0], coefficients)}
-    claim = next(claim for claim in certify(plan, team).claims if claim.name == "tracking")
+    certificate = certify(plan, team)
+    claim = next(claim for claim in certificate.claims if claim.name == "tracking")
     assert claim.outcome == "holds"
-    found = hunt(plan.mission, team, 0.05, wind=told.wind, bounds={"r0": claim.bound})
+    found = hunt(plan.mission, team, certificate, wind=told.wind)
     assert set(found.errors) == aimed
     assert found.worst < claim.bound == found.bound
     assert claim.bound < 4.0 * found.worst
     assert f"The proved bound is {claim.bound / found.worst:.1f} times that." in found.sentence
-    assert hunt(plan.mission, team, 0.05, wind=2.0 * told.wind, bounds={"r0": claim.bound}).bound is None
+    assert hunt(plan.mission, team, certificate, wind=2.0 * told.wind).bound is None
 
 
 @pytest.mark.parametrize("wind", [0.0, -1.0, float("nan"), 21.0])
