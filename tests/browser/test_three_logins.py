@@ -90,10 +90,9 @@ def test_three_people_by_three_logins_share_a_service(tmp_path: Path, chromium: 
 
 def _write_one_mission(alice: Visitor, pia: Visitor, people: People) -> None:
     """Two windows write one mission of a shared project: the second to save is told who was first."""
-    alice.write(ONE_HOOP)
-    alice.wait("document.querySelector('.state').textContent.includes('one-hoop')")
+    alice.write_named(ONE_HOOP, "one-hoop")
     alice.page.get_by_label("stored as").fill("together")
-    alice.page.get_by_role("button", name="Save", exact=True).click()
+    alice.save()
     alice.page.get_by_text("version 1 by alice", exact=True).wait_for()
     with Client(alice.address, token=people.tokens.new("alice.program", account="alice")) as client:
         (mission,) = client.stored_missions("together")
@@ -102,21 +101,18 @@ def _write_one_mission(alice: Visitor, pia: Visitor, people: People) -> None:
     pia.page.locator(".stored summary").click()
     pia.page.get_by_role("button", name="Open together").click()
     pia.wait("document.querySelector('.state').textContent.includes('one-hoop')")
-    pia.write(ONE_HOOP.replace("one-hoop", "pias-hoop"))
-    pia.wait("document.querySelector('.state').textContent.includes('pias-hoop')")
-    pia.page.get_by_role("button", name="Save", exact=True).click()
+    pia.write_named(ONE_HOOP.replace("one-hoop", "pias-hoop"), "pias-hoop")
+    pia.save()
     pia.page.get_by_text("version 2 by pia, in hall", exact=True).wait_for()
-    alice.write(ONE_HOOP.replace("one-hoop", "alices-hoop"))
-    alice.wait("document.querySelector('.state').textContent.includes('alices-hoop')")
-    alice.page.get_by_role("button", name="Save", exact=True).click()
+    alice.write_named(ONE_HOOP.replace("one-hoop", "alices-hoop"), "alices-hoop")
+    alice.save()
     alice.page.get_by_text("pia saved version 2 meanwhile").first.wait_for()
-    alice.page.get_by_role("button", name="Save", exact=True).click()
+    alice.save()
     alice.page.get_by_text("version 3 by alice, in hall", exact=True).wait_for()
 
 
 def _planned(visitor: Visitor) -> str:
-    visitor.write(ONE_HOOP.replace("one-hoop", "shared-hoop"))
-    visitor.wait("document.querySelector('.state').textContent.includes('shared-hoop')")
+    visitor.write_named(ONE_HOOP.replace("one-hoop", "shared-hoop"), "shared-hoop")
     visitor.page.get_by_role("button", name="Plan it").click()
     visitor.page.wait_for_url("**/jobs/*/plan", timeout=LIMIT)
     visitor.page.wait_for_selector('[role=status][data-state="done"]')

@@ -123,6 +123,15 @@ class Visitor:
         """Wait until the mission was checked and has no faults."""
         self.wait("document.querySelector('.state')?.textContent.includes('No faults')")
 
+    def write_named(self, text: str, name: str) -> None:
+        """Write another mission, as by hand, and wait until it was checked under its name."""
+        self.write(text)
+        self.wait(f"document.querySelector('.state').textContent.includes({name!r})")
+
+    def save(self) -> None:
+        """Save the mission that is written."""
+        self.page.get_by_role("button", name="Save", exact=True).click()
+
     def write_formula(self, text: str) -> None:
         """Write a formula where formulas are written."""
         self.page.locator(".editor.line .cm-content").click()
