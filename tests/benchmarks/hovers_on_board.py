@@ -24,8 +24,8 @@ from verify.data import Trajectory
 from verify.data.autopilot import Autopilot, load_autopilot
 from verify.data.files.trajectory_csv import load_csv
 from verify.tracking.error_model import NotProved
-from verify.tracking.onboard_loop import PLACE, SUBSTEPS, N
-from verify.tracking.onboard_proof import BoardBound, loop_of, prove_on_board
+from verify.tracking.on_board.onboard_loop import PLACE, SUBSTEPS, N
+from verify.tracking.on_board.onboard_proof import BoardBound, loop_of, prove_on_board
 from verify.tracking.sampled_loop import Matrix
 
 STOCK = load_autopilot("crazyflie-2")

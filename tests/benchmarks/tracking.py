@@ -30,7 +30,7 @@ from verify.data.files.trajectory_csv import load_csv
 from verify.data.vehicle import Vehicle, load_vehicle
 from verify.tracking.error_model import NotProved
 from verify.tracking.loops import LoopChoice, lateral_loop, vertical_loop
-from verify.tracking.onboard_proof import BoardBound
+from verify.tracking.on_board.onboard_proof import BoardBound
 from verify.tracking.proof import TrackingBound, model_of, prove, steps_late
 from verify.tracking.sampled_loop import SUBSTEPS, SampledLoop
 

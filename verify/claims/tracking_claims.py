@@ -16,7 +16,7 @@ from verify.data.mission import Mission
 from verify.data.trajectory import Trajectory
 from verify.data.vehicle import Vehicle
 from verify.tracking.error_model import NotProved
-from verify.tracking.onboard_proof import BoardBound, prove_on_board
+from verify.tracking.on_board.onboard_proof import BoardBound, prove_on_board
 from verify.tracking.proof import TrackingBound, model_of, prove
 
 PROVED_CONTROLLER = "geometric"

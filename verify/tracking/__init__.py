@@ -1,9 +1,8 @@
 """The proof that a stated controller keeps a vehicle near its plan under stated disturbances (docs/tracking.md).
 
 Read `sampled_loop` (kernels of linear loops, every rounding counted) and `loops` (those of the geometric controller). `plan_samples` samples a path,
-`flatness` what is fed forward, and `given` set-points as they are sent. `error_model` holds the values, `tilts`, `circumstances` and `remainders` bound what drives the loops, and `nominal` what is
-known of it. `proof` closes the bounds.
+`flatness` what is fed forward, and `given` set-points as they are sent. `error_model` holds the values. `tilts`, `circumstances` and `remainders` bound what
+drives the loops, and `nominal` what is known of it. `proof` closes the bounds.
 
-`mellinger` on the filter on board: `slopes` and `rotations` are numbers, `onboard_model` and `onboard_filter` laws in them; `onboard_loop` is a linear loop
-near these, `onboard_responses` its sums, `onboard_laws` holds what is beside it, `onboard_plan` follows a plan without disturbances, and `onboard_proof` closes the bounds.
+`mellinger` on the filter on board is in `on_board`.
 """

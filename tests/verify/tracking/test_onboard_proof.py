@@ -19,15 +19,15 @@ from verify.data.autopilot import load_autopilot
 from verify.data.disturbance import Disturbance
 from verify.data.trajectory import Trajectory
 from verify.data.vehicle import load_vehicle
-from verify.tracking import onboard_filter, onboard_laws, onboard_loop, onboard_model
 from verify.tracking.error_model import NotProved
-from verify.tracking.onboard_filter import Filter
-from verify.tracking.onboard_loop import SUBSTEPS, N
-from verify.tracking.onboard_plan import follow, setpoints
-from verify.tracking.onboard_proof import _Flight, loop_of, prove_on_board
+from verify.tracking.on_board import onboard_filter, onboard_laws, onboard_loop, onboard_model
+from verify.tracking.on_board.onboard_filter import Filter
+from verify.tracking.on_board.onboard_loop import SUBSTEPS, N
+from verify.tracking.on_board.onboard_plan import follow, setpoints
+from verify.tracking.on_board.onboard_proof import _Flight, loop_of, prove_on_board
+from verify.tracking.on_board.rotations import estimated, flown, turned
+from verify.tracking.on_board.slopes import Slopes, root, stacked
 from verify.tracking.plan_samples import derivatives_at
-from verify.tracking.rotations import estimated, flown, turned
-from verify.tracking.slopes import Slopes, root, stacked
 
 VEHICLE, AIRFRAME, STOCK = load_vehicle("crazyflie-2.1"), load_airframe("crazyflie-2.1"), load_autopilot("crazyflie-2")
 QUICK = STOCK.changed(ekf=STOCK.ekf.changed(least_turn=2e-5))

@@ -10,8 +10,8 @@ from verify.arithmetic.balls import Floats, gamma
 from verify.data.airframe import AirframeTable
 from verify.data.autopilot import Autopilot
 from verify.data.vehicle import GRAVITY, Vehicle
-from verify.tracking.onboard_filter import Filter
-from verify.tracking.onboard_loop import (
+from verify.tracking.on_board.onboard_filter import Filter
+from verify.tracking.on_board.onboard_loop import (
     COVARIANCES,
     OLDER,
     ROTORS,
@@ -24,10 +24,10 @@ from verify.tracking.onboard_loop import (
     N,
     frame_of,
 )
-from verify.tracking.onboard_model import Body, Law
-from verify.tracking.onboard_responses import Responses
-from verify.tracking.rotations import along, flown, turned
-from verify.tracking.slopes import Slopes, joined, stacked
+from verify.tracking.on_board.onboard_model import Body, Law
+from verify.tracking.on_board.onboard_responses import Responses
+from verify.tracking.on_board.rotations import along, flown, turned
+from verify.tracking.on_board.slopes import Slopes, joined, stacked
 
 PAIRS = [(i, j) for i in range(9) for j in range(i, 9)]
 INDEX = np.array([[PAIRS.index((min(i, j), max(i, j))) for j in range(9)] for i in range(9)])

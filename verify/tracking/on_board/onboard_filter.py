@@ -13,7 +13,7 @@ import numpy as np
 from verify.arithmetic.balls import Floats
 from verify.data.autopilot import FilterNoise
 from verify.data.vehicle import GRAVITY
-from verify.tracking.rotations import (
+from verify.tracking.on_board.rotations import (
     along,
     applied,
     bent,
@@ -29,7 +29,7 @@ from verify.tracking.rotations import (
     tilting,
     turned,
 )
-from verify.tracking.slopes import Slopes, joined, magnitude, root, stacked
+from verify.tracking.on_board.slopes import Slopes, joined, magnitude, root, stacked
 
 FRAME = 0.01
 """s between two estimates and set-points."""

@@ -14,10 +14,10 @@ import numpy as np
 from verify.arithmetic.balls import Floats
 from verify.data.trajectory import Trajectory
 from verify.data.vehicle import GRAVITY
-from verify.tracking.onboard_filter import FRAME
-from verify.tracking.onboard_laws import ASKED, FORCE, LAGGING, BoardLoop
-from verify.tracking.onboard_loop import COVARIANCES, DRIVEN, GYRO, LIFT, SPEED, SUBSTEPS, TILT, H, N
-from verify.tracking.onboard_responses import JUMPED, STEPPED
+from verify.tracking.on_board.onboard_filter import FRAME
+from verify.tracking.on_board.onboard_laws import ASKED, FORCE, LAGGING, BoardLoop
+from verify.tracking.on_board.onboard_loop import COVARIANCES, DRIVEN, GYRO, LIFT, SPEED, SUBSTEPS, TILT, H, N
+from verify.tracking.on_board.onboard_responses import JUMPED, STEPPED
 from verify.tracking.plan_samples import derivatives_at, sample_plan
 
 _LOOSE = 1e-9

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from verify.arithmetic.balls import Floats, gamma
-from verify.tracking.onboard_loop import LINKED, PLACE, SPREAD, SUBSTEPS, Frame, N, total
+from verify.tracking.on_board.onboard_loop import LINKED, PLACE, SPREAD, SUBSTEPS, Frame, N, total
 from verify.tracking.sampled_loop import GROW, Matrix
 
 STEPPED, JUMPED = ("motion", "asked", "turned", "lift"), ("estimate", "spread")

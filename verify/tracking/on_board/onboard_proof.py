@@ -20,8 +20,8 @@ from verify.data.disturbance import Disturbance
 from verify.data.trajectory import Trajectory
 from verify.data.vehicle import GRAVITY, Vehicle
 from verify.tracking.error_model import NotProved
-from verify.tracking.onboard_laws import ASKED, AWAY, FORCE, KNOWN, LAGGING, TIPPED, WIDE, BoardLoop
-from verify.tracking.onboard_loop import (
+from verify.tracking.on_board.onboard_laws import ASKED, AWAY, FORCE, KNOWN, LAGGING, TIPPED, WIDE, BoardLoop
+from verify.tracking.on_board.onboard_loop import (
     BODY,
     COVARIANCES,
     DRIVEN,
@@ -38,7 +38,7 @@ from verify.tracking.onboard_loop import (
     TURNED,
     H,
 )
-from verify.tracking.onboard_plan import Followed, follow
+from verify.tracking.on_board.onboard_plan import Followed, follow
 
 _ROUNDS = 40
 _SETTLING = 6

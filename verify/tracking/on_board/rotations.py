@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from verify.tracking.slopes import Slopes, root, stacked
+from verify.tracking.on_board.slopes import Slopes, root, stacked
 
 
 def turned(q: Slopes) -> Slopes:

@@ -14,8 +14,8 @@ from verify.arithmetic.balls import Floats
 from verify.data.airframe import AirframeTable
 from verify.data.autopilot import MellingerGains
 from verify.data.vehicle import GRAVITY, Vehicle
-from verify.tracking.rotations import along, applied, crossed, estimated, flown, tilting, turned
-from verify.tracking.slopes import Slopes, joined, root, stacked
+from verify.tracking.on_board.rotations import along, applied, crossed, estimated, flown, tilting, turned
+from verify.tracking.on_board.slopes import Slopes, joined, root, stacked
 
 FULL_SCALE = 65535.0
 """Counts of a motor at its greatest thrust."""
