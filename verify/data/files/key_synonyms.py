@@ -44,8 +44,9 @@ def in_format_keys(tree: MissionTree) -> MissionTree:
         }
     if data.get("margin") == AUTO:
         told = data.get("disturbance")
-        if isinstance(told, dict):
-            data = {key: value for key, value in data.items() if key != "margin"} | {"disturbance": {**told, "fitted": True}}
+        if told is not None:  # what is no table is found to be none later
+            fitted = {**told, "fitted": True} if isinstance(told, dict) else told
+            data = {key: value for key, value in data.items() if key != "margin"} | {"disturbance": fitted}
         else:
             faults.append(tree.fault(("margin",), "`margin: auto` needs `disturbance`, from whose proof the margin is taken."))
     if faults:

@@ -12,6 +12,8 @@ from typing import Annotated, Any
 from pydantic import BaseModel, TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
 
+from verify.data.airframe import AirframeTable
+from verify.data.disturbance import Disturbance, StreamedSetpoints, Unrest
 from verify.data.errors import BadInput, did_you_mean
 from verify.data.frame import Frame
 from verify.data.sections import Action, Agent, Box, Edge, Environment, LegLimits, Limits, Planner, Robot, SoftPart, Spec
@@ -50,6 +52,10 @@ _SECTIONS: dict[tuple[str, ...], type[BaseModel]] = {
     ("workspace",): Box,
     ("frame",): Frame,
     ("planner",): Planner,
+    ("disturbance",): Disturbance,
+    ("disturbance", "airframe"): AirframeTable,
+    ("disturbance", "rest"): Unrest,
+    ("disturbance", "setpoints"): StreamedSetpoints,
 }
 
 
@@ -173,10 +179,14 @@ def _readable(error: ValidationError, keys: KeyPath) -> Iterator[Finding]:
                 )
             case "tuple_type" | "list_type" | "dict_type" | "model_type" | "string_type" | "bool_type" as kind:
                 reason = f"must be {_WANTED[kind]}, not {_short(value)}."
+            case "float_parsing" | "float_type" if where == ("margin",):
+                reason = f"must be a number, in m, or `auto` beside `disturbance`, not {_short(value)}."
             case "string_pattern_mismatch" if keys[-1] == "name":
                 reason = (
                     f"must begin with a letter or digit and hold letters, digits, `_ . -` and spaces only, not {_short(value)}."
                 )
+            case "greater_than" | "greater_than_equal" | "less_than" | "less_than_equal":
+                reason = f"{message[0].lower()}{message[1:]}, not {_short(value)}{_meaning(where)}."
             case _:
                 reason = f"{message[0].lower()}{message[1:]}, not {_short(value)}."
         if (where, reason) not in seen:
@@ -199,16 +209,28 @@ def _is_type_name(part: str | int) -> bool:
     return isinstance(part, str) and (part.startswith(("tuple[", "literal[", "function-", "lax-or-strict")))
 
 
-def _known_keys(where: KeyPath) -> tuple[str, ...]:
-    """Return the keys that the section at `where` accepts."""
+def _section_at(where: KeyPath) -> type[BaseModel] | None:
+    """Return the section at `where`; None where there is no fixed one."""
     for pattern, model in _SECTIONS.items():
         if len(pattern) == len(where) and all(p in ("*", k) for p, k in zip(pattern, where, strict=True)):
-            known = tuple(field.alias or name for name, field in model.model_fields.items())
-            return (
-                (*known, *(key for key in REGION_SHAPES.names() if key not in known))
-                if issubclass(model, PlacedBody)
-                else known
-            )
+            return model
+    return None
+
+
+def _meaning(where: KeyPath) -> str:
+    """Return the unit and meaning of a number, in brackets; empty where they are not known."""
+    keys = where[:-1] if isinstance(where[-1], int) else where  # an entry of a list means what the list does
+    section = _section_at(keys[:-1])
+    field = None if section is None else section.model_fields.get(str(keys[-1]))
+    return f" ({field.description})" if field is not None and field.description else ""
+
+
+def _known_keys(where: KeyPath) -> tuple[str, ...]:
+    """Return the keys that the section at `where` accepts."""
+    if (model := _section_at(where)) is not None:
+        known = tuple(field.alias or name for name, field in model.model_fields.items())
+        more = REGION_SHAPES.names() if issubclass(model, PlacedBody) else ()
+        return (*known, *(key for key in more if key not in known))
     if len(where) == 3 and where[0] in ("hoops", "regions", "obstacles") and where[2] in REGION_SHAPES.names():
         return tuple(getattr(REGION_SHAPES.find(str(where[2])).schema, "model_fields", ()))
     return ()
