@@ -12,7 +12,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from functools import partial
-from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -24,7 +23,7 @@ from ltlplan.replanning.alternatives import candidates, no_flight
 from ltlplan.replanning.checked_plan import Asked, as_mission, plan
 from ltlplan.replanning.cuts import MAX_ROUNDS, Candidate, Certified, Conflict, Cut, Flight
 from ltlplan.result import Result
-from verify.data import DoesNotFit, Infeasible, Mission, NotCertified, Plan, Trajectory, check_plan
+from verify.data import DoesNotFit, Infeasible, LtlplanError, Mission, NotCertified, Plan, Trajectory, check_plan
 from verify.data.progress import Progress, part_of, silent
 from verify.data.trajectory import MAX_PIECES
 
@@ -44,13 +43,15 @@ __all__ = [
     "attempted",
     "candidates",
     "certified_team",
+    "fits_margin",
     "no_flight",
     "plan",
+    "refitted",
     "run",
 ]
 
-_FITTINGS = (0.0, 1 / 3, 2 / 3, 1.0)
-"""Shares of the work between which flights are tried, at most, for a margin that fits its proof."""
+_FITTINGS = 3
+"""Flights that are tried, at most, for a margin that fits its proof."""
 
 
 def certified_team(
@@ -170,41 +171,63 @@ def _certified(mission: Mission, planned: Callable[..., Plan], progress: Progres
         progress: Told a sentence and the share done, 0 to 1.
         budget: Bounds on the searches for other plans.
     """
+    first = 1 / _FITTINGS if fits_margin(mission) else 1.0
+    found = _tried(mission, planned, part_of(progress, 0.0, first), budget)
+    if fits_margin(mission):
+        found = refitted(found, mission, planned, part_of(progress, first, 1.0), budget)
+    if isinstance(found, LtlplanError):
+        raise found
+    return found
 
-    def certified(mission: Mission, progress: Progress) -> Certified:
-        made = planned(mission, progress=part_of(progress, 0.0, 0.36))
+
+def _tried(mission: Mission, planned: Callable[..., Plan], progress: Progress, budget: Budget) -> Certified | LtlplanError:
+    """Plan, refine and certify at one margin; a refusal is returned."""
+    made = planned(mission, progress=part_of(progress, 0.0, 0.36))
+    try:
         return certified_team(made, progress=part_of(progress, 0.36, 1.0), budget=budget)
-
-    if mission.disturbance is not None and mission.disturbance.fitted:
-        return _with_fitted_margin(mission, progress, certified)
-    return certified(mission, progress)
+    except NotCertified as error:
+        return error
 
 
-def _with_fitted_margin(mission: Mission, progress: Progress, certified: Callable[[Mission, Progress], Certified]) -> Certified:
-    """Plan, refine and certify with the smallest margin that the proof of tracking allows, as far as a few flights tell.
+def fits_margin(mission: Mission) -> bool:
+    """Return whether a mission's margin is taken from the proof of tracking.
 
     Args:
-        mission: With the margin to begin with.
-        progress: Told a sentence and the share done, 0 to 1.
-        certified: Plans, refines and certifies a mission.
+        mission: As it was read.
     """
-    best = refusal = None
-    for low, high in pairwise(_FITTINGS):
-        try:
-            best = certified(mission, part_of(progress, low, high))
-            bounds = [claim.bound for claim in best.certificate.claims if claim.name == "tracking"]
-        except NotCertified as error:
-            refusal, bounds = error, [witness.bound for witness in error.witnesses if witness.claim == "tracking"]
+    return mission.disturbance is not None and mission.disturbance.fitted
+
+
+def refitted(
+    found: Certified | LtlplanError, mission: Mission, planned: Callable[..., Plan], progress: Progress, budget: Budget
+) -> Certified | LtlplanError:
+    """Return the flight of the smallest margin that the proof of tracking allows, as far as a few flights tell; else the last refusal.
+
+    Args:
+        found: What came of the mission's own margin.
+        mission: With that margin.
+        planned: Plans a mission.
+        progress: Told a sentence and the share done, 0 to 1.
+        budget: Bounds on the searches for other plans.
+    """
+    best, more = found, _FITTINGS - 1
+    for number in range(more):
+        if isinstance(found, LtlplanError):
+            witnesses = found.witnesses if isinstance(found, NotCertified) else ()
+            bounds = [witness.bound for witness in witnesses if witness.claim == "tracking"]
+        else:
+            bounds = [claim.bound for claim in found.certificate.claims if claim.name == "tracking"]
         known = [bound for bound in bounds if bound is not None]
         if not known or len(known) < len(bounds):
             break
         margin = math.ceil(1000.0 * max(known)) / 1000.0
-        if margin == mission.margin or (best is not None and margin >= best.certificate.margin):
+        if margin == mission.margin or (not isinstance(best, LtlplanError) and margin >= best.certificate.margin):
             break
         mission = mission.changed(margin=margin)
-    if best is not None:
-        return best
-    raise refusal or NotCertified("no flight was tried.")
+        found = _tried(mission, planned, part_of(progress, number / more, (number + 1) / more), budget)
+        if isinstance(best, LtlplanError) or not isinstance(found, LtlplanError):
+            best = found
+    return best
 
 
 def run(

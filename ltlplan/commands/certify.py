@@ -91,7 +91,7 @@ def command(
     from flight.storage.single_files import replace_listed
     from ltlplan.commands.support.progress import progress_bar
     from ltlplan.commands.support.terminal import print_json
-    from ltlplan.report.summary import claim_lines, proof_data, soft_sentences, with_clocks
+    from ltlplan.report.summary import claim_lines, proof_data, soft_sentences, tracking_sentences, with_clocks
     from verify import certify
     from verify.checked_claims import checked_certificate, proof_sentences
     from verify.run_folder import read_folder
@@ -110,10 +110,10 @@ def command(
     if json:
         print_json({**json_text.loads(certificate.to_json()), "proof": proof_data(proved.verdict)})
         return
-    for line in (*claim_lines(certificate), *soft_sentences(certificate)):
+    for line in (*claim_lines(certificate), *tracking_sentences(certificate), *soft_sentences(certificate)):
         typer.echo(line)
     typer.echo(
-        f"certified at margin {certificate.margin:g} m{below_asked(certificate)}{with_clocks(certificate)}; wrote {written}"
+        f"certified at margin {certificate.margin:g} m{below_asked(certificate)}{with_clocks(certificate)}, tube {certificate.tube}; wrote {written}"
     )
     for sentence in proof_sentences(certificate.claims, certificate.kernel):
         typer.echo(sentence)

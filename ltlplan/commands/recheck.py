@@ -14,7 +14,7 @@ def command(folder: FolderArgument, json: JsonOption = False) -> None:
 
     from ltlplan.commands.support.progress import progress_bar
     from ltlplan.commands.support.terminal import print_json
-    from ltlplan.report.summary import claim_lines, proof_data, soft_sentences, with_clocks
+    from ltlplan.report.summary import claim_lines, proof_data, soft_sentences, tracking_sentences, with_clocks
     from verify.checked_claims import proof_sentences
     from verify.run_folder import proved_run
 
@@ -25,9 +25,9 @@ def command(folder: FolderArgument, json: JsonOption = False) -> None:
     if json:
         print_json({**json_text.loads(certificate.to_json()), "proof": None if proof is None else proof_data(proof)})
         return
-    for line in (*claim_lines(certificate), *soft_sentences(certificate)):
+    for line in (*claim_lines(certificate), *tracking_sentences(certificate), *soft_sentences(certificate)):
         typer.echo(line)
     margin = f"{certificate.margin:g} m{below_asked(certificate)}{with_clocks(certificate)}"
-    typer.echo(f"{folder}: every claim is proved again at margin {margin}, from the files alone")
+    typer.echo(f"{folder}: every claim is proved again at margin {margin}, tube {certificate.tube}, from the files alone")
     for sentence in proof_sentences(certificate.claims, certificate.kernel):
         typer.echo(f"{folder}: {sentence}")

@@ -13,6 +13,7 @@ from ltlplan.report.summary import (
     soft_sentences,
     timing_sentences,
     tracking,
+    tracking_sentences,
     visits_text,
 )
 
@@ -78,6 +79,7 @@ def _proved(result: Result) -> list[str]:
     lines += [f"not so: {claim.sentence}" for claim in certificate.claims if claim.outcome != "holds"]
     if (tightest := nearest_to_limit(certificate)) is not None:
         lines.append(f"nearest to its limit: {tightest}")
+    lines += [sentence.partition(" Assumed: ")[0] for sentence in tracking_sentences(certificate)]
     lines += [*timing_sentences(certificate), *soft_sentences(certificate)]
     abort = result.abort
     lines.append("braking to a hover from every instant: certified" if abort else abort.sentence)

@@ -28,6 +28,7 @@ from ltlplan.report.summary import (
     soft_sentences,
     tightest_rows,
     tracking,
+    tracking_sentences,
     visits_text,
 )
 from ltlplan.report.views import VIEWS, clearance_sentences, views_html
@@ -213,7 +214,7 @@ def _claim_table(certificate: Certificate, abort: str) -> str:
     note = "Each holds at all times, for every flight within the margin (limits: for the nominal flight). The tightest of each kind:"
     every = f"<details><summary>All {len(certificate.claims)} claims</summary>{claims(proof_rows(certificate))}</details>"
     said = f'<p class="note">{html.escape(f"{abort} ({NOT_COVERED})")}</p>'
-    proof = listed(proof_sentences(certificate.claims, certificate.kernel))
+    proof = listed([*tracking_sentences(certificate), *proof_sentences(certificate.claims, certificate.kernel)])
     return section("Claims", claims(tightest_rows(certificate)) + proof + said + every, note=note)
 
 

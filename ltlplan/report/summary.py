@@ -130,6 +130,27 @@ def timing_sentences(certificate: Certificate) -> list[str]:
     ]
 
 
+def tracking_sentences(certificate: Certificate) -> list[str]:
+    """Return what is proved of how near robots stay to their plans, of the one that may stray farthest; empty where nothing is.
+
+    Args:
+        certificate: Of a flight.
+    """
+    proved = [claim for claim in certificate.claims if claim.name == "tracking" and claim.outcome == "holds"]
+    if not proved:
+        return []
+    farthest = max(proved, key=lambda claim: claim.bound or 0.0)
+    others = len(proved) - 1
+    more = (
+        []
+        if others == 0
+        else ["The other robot strays no farther."]
+        if others == 1
+        else [f"{others} other robots stray no farther."]
+    )
+    return [" ".join([farthest.sentence, *more])]
+
+
 def table_lines(rows: Sequence[tuple[str, ...]], header: tuple[str, ...] = HEADER) -> list[str]:
     """Return rows of claims as an aligned table."""
     table = [header, *rows]
@@ -166,6 +187,7 @@ def summary_lines(result: Result) -> list[str]:
     rounds = "1 round" if result.rounds == 1 else f"{result.rounds} rounds"
     lines.append(f"{certified_sentence(result)}{largest} ({rounds} of refinement)")
     lines += ["  " + line for line in table_lines(tightest_rows(certificate), PROOF_HEADER)]
+    lines += [f"tracking  {sentence}" for sentence in tracking_sentences(certificate)]
     lines += [f"timing    {sentence}" for sentence in timing_sentences(certificate)]
     lines.append(f"abort     {result.abort.sentence} ({NOT_COVERED})")
     lines.append("")

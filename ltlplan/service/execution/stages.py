@@ -12,6 +12,7 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +22,7 @@ from ltlplan.service.execution.serialization import from_bytes, to_bytes
 from ltlplan.service.execution.stop_requests import is_asked
 from ltlplan.service.models import Problem
 from ltlplan.service.problems import problem_of, witness_data
-from verify.data import InternalError, Mission, NotCertified, Plan
+from verify.data import InternalError, LtlplanError, Mission, NotCertified, Plan
 from verify.data.progress import Progress, part_of
 
 if TYPE_CHECKING:
@@ -141,7 +142,8 @@ def _plan(mission: Mission, progress: Progress, budget: Budget) -> Outcome:
 
 
 def _round(first: Candidate, progress: Progress, budget: Budget) -> Outcome:
-    from ltlplan.pipeline import Conflict, Flight, attempted, candidates, no_flight
+    from ltlplan.allocation import Known
+    from ltlplan.pipeline import Conflict, Flight, attempted, candidates, fits_margin, no_flight, plan, refitted
     from ltlplan.service.views.watching import NAME, watch_json
 
     low, width, number = _PLANNED, (_CERTIFIED - _PLANNED) / MAX_ROUNDS, min(first.rounds, MAX_ROUNDS - 1)
@@ -155,24 +157,27 @@ def _round(first: Candidate, progress: Progress, budget: Budget) -> Outcome:
             return Outcome(to_bytes(candidate), found, f"{ROUND} {candidate.rounds + 1}")
         tried = attempted(candidate, progress=say)
         refused.append(tried)
-    certified = candidate.better_of(refused[-1])
-    if certified is not None:
-        return Outcome(to_bytes(certified), _round_data(certified.certificate, certified=True), FLIGHT)
-    error = no_flight(candidate, refused[-1])
+    made = candidate.better_of(refused[-1]) or no_flight(candidate, refused[-1])
+    if fits_margin(first.plan.mission):
+        made = refitted(made, first.plan.mission, partial(plan, known=Known(budget=budget)), say, budget)
+    if not isinstance(made, LtlplanError):
+        return Outcome(to_bytes(made), _round_data(made.certificate, certified=True), FLIGHT)
     if not isinstance(tried, Flight):
-        raise error
+        raise made
     seen = watch_json(tried.plan, tried.team, tried.certificate)
-    return Outcome(b"", _round_data(tried.certificate, certified=False), files=((NAME, seen),), problem=problem_of(error))
+    return Outcome(b"", _round_data(tried.certificate, certified=False), files=((NAME, seen),), problem=problem_of(made))
 
 
 def _round_data(certificate: Certificate, *, certified: bool) -> dict[str, Any]:
     """Return what a round found, as plain data for people."""
-    from ltlplan.report.summary import soft_sentences
+    from ltlplan.report.summary import soft_sentences, tracking_sentences
 
     return {
         "certified": certified,
         "claims": [_claim_data(claim) for claim in certificate.claims],
         "margin": certificate.margin,
+        "tube": certificate.tube,
+        "tracking_proved": tracking_sentences(certificate),
         "largest_margin": certificate.largest_margin,
         "duration": certificate.duration,
         "soft": soft_sentences(certificate),

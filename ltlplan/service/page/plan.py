@@ -312,8 +312,13 @@ def _round(found: Found) -> None:
     if found.get("certified"):
         largest = found.get("largest_margin")
         more = "" if largest is None else f"; {1000 * largest:.1f} mm would hold too"
-        Words("p", f"All {len(claims)} claims are proved at a margin of {1000 * found['margin']:g} mm{more}.", "verdict holds")
-        for sentence in found.get("soft", ()):
+        tube = f"; tube {found['tube']}" if "tube" in found else ""  # of no job of an earlier version
+        Words(
+            "p",
+            f"All {len(claims)} claims are proved at a margin of {1000 * found['margin']:g} mm{more}{tube}.",
+            "verdict holds",
+        )
+        for sentence in (*found.get("tracking_proved", ()), *found.get("soft", ())):
             Words("p", sentence, "soft")
         return
     refused = [claim for claim in claims if claim["outcome"] != "holds"]

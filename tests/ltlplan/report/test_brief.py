@@ -5,7 +5,8 @@ from dataclasses import replace
 
 from ltlplan import Result
 from ltlplan.report.brief import brief_lines
-from ltlplan.report.summary import claim_rows, summary_lines
+from ltlplan.report.run_page import _claim_table
+from ltlplan.report.summary import claim_rows, summary_lines, tracking_sentences
 
 
 def test_a_screen_says_what_was_asked_found_proved_and_flown(shipped_run: Callable[[str], Result]) -> None:
@@ -50,3 +51,20 @@ def test_tables_round_bounds_to_their_safe_side(shipped_run: Callable[[str], Res
     )
     rows = claim_rows(replace(certificate, claims=(least, most)))
     assert [row[3] for row in rows] == ["1.026 m", "1.027 m"]
+
+
+def test_what_is_proved_of_tracking_is_said_of_the_robot_that_may_stray_farthest(shipped_run: Callable[[str], Result]) -> None:
+    result = shipped_run("firefighting")
+    assert tracking_sentences(result.certificate) == []
+    first = replace(result.certificate.claims[0], name="tracking", outcome="holds", unit="m", limit=0.05)
+    proved = [
+        replace(first, robot=f"quad{k}", bound=bound, sentence=f"quad{k} stays within {bound} m. wind 1 mm. Assumed: rest.")
+        for k, bound in enumerate((0.003, 0.004, 0.002))
+    ]
+    certificate = replace(result.certificate, claims=(*result.certificate.claims, *proved))
+    whole = f"{proved[1].sentence} 2 other robots stray no farther."
+    assert tracking_sentences(certificate) == [whole]
+    told = replace(result, certificate=certificate)
+    assert f"tracking  {whole}" in summary_lines(told)
+    assert any(line.endswith("quad1 stays within 0.004 m. wind 1 mm.") for line in brief_lines(told))
+    assert whole in _claim_table(certificate, "")

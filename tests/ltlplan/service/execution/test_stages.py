@@ -20,7 +20,8 @@ from ltlplan.service.execution.serialization import from_bytes, to_bytes
 from ltlplan.service.execution.stages import Outcome, mission_bytes, plan_of, run_stage, share_after
 from tests.helpers.few import few_of
 from tests.helpers.motion.flights import small_mission
-from verify.data import InternalError, Mission, Trajectory
+from verify.data import InternalError, Mission, Trajectory, load_vehicle, parse_mission
+from verify.data.files.mission_file import mission_to_yaml
 from verify.data.progress import silent
 
 
@@ -65,7 +66,7 @@ def test_soft_parts_go_through_the_stages_as_through_the_library() -> None:
     plain = with_margin()
     mission = plain.changed(spec={**plain.spec.model_dump(), "soft": [{"formula": "F a"}, {"formula": "G !a", "weight": 0.5}]})
     outcomes = dict(staged(mission))
-    assert outcomes["round 1"].found["soft"][-1] == "Weight 1 of 1.5 is certified."
+    assert outcomes["round 1"].found["soft"][-1] == "Weight 1 of 1.5 is certified (judged, not covered by the kernel)."
     made = dict(outcomes["files"].files)
     assert [part["verdict"] for part in json.loads(made["certificate.json"])["soft"]] == ["holds", "fails"]
 
@@ -174,3 +175,27 @@ def test_only_known_kinds_are_read(text: str) -> None:
 def test_bytes_that_are_no_value_are_refused() -> None:
     with pytest.raises(InternalError, match="cannot be read"):
         from_bytes(b"PK nothing")
+
+
+def test_a_margin_that_fits_its_proof_is_the_commands() -> None:
+    """A margin that is taken from the proof goes through the stages as through the library, and the page is told what is proved."""
+    vehicle = load_vehicle("crazyflie-2.1").changed(controller="geometric")
+    slow = with_margin().changed(vehicle=vehicle, limits={"speed": 0.2, "acceleration": 0.2})
+    text = mission_to_yaml(slow)
+    told = "margin: auto\ndisturbance: {airframe: crazyflie-2.1, wind: 0.02}\n"
+    mission = parse_mission(text.replace("margin: 0.05\n", told))
+    round_1 = run_stage("round 1", run_stage("plan", mission_bytes(mission), silent).value, silent)
+    result = ltlplan.run(mission)
+    assert round_1.following == "flight"
+    assert round_1.found["margin"] == result.certificate.margin < 0.05
+    assert round_1.found["tube"] == "proved"
+    (sentence,) = round_1.found["tracking_proved"]
+    assert sentence in [claim.sentence for claim in result.certificate.claims]
+
+
+@pytest.mark.slow
+def test_a_mission_with_such_a_margin_makes_the_same_files(tmp_path: Path) -> None:
+    ltlplan.run("proved-inspection", tmp_path / "run")
+    made = dict(staged(ltlplan.load_mission("proved-inspection"))[-1][1].files)
+    for name in ("certificate.json", "mission.yaml", "quad0.csv"):
+        assert made[name] == (tmp_path / "run" / name).read_bytes()
