@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
@@ -17,6 +17,7 @@ from ltlplan.search.orders.planned_words import hold_under_precedences
 from verify.data import Infeasible, LtlplanError, NotCertified, Plan, Witness
 
 if TYPE_CHECKING:
+    from verify import Claim
     from verify.claims.soft_claims import SoftClaim
 
 Reason = Literal["certified", "soft parts", "no better", "endurance", "times", "claims", "tracking", "no flight"]
@@ -113,7 +114,7 @@ class Refusal:
         """Sentences about the flight."""
         if isinstance(self.found, Conflict):
             return str(self.found.error)
-        return " ".join(claim.sentence for claim in self.found.refused) or " ".join(
+        return " ".join(_said_once(self.found.refused)) or " ".join(
             part.sentence for part in self.soft if part.outcome != "holds"
         )
 
@@ -189,6 +190,19 @@ class Refusal:
         cut = Cut(kind, why, self.tried.rounds, anew=anew, obstruction=obstruction, **forbidden)
         judged = self.tried.rounds - isinstance(self.found, Conflict)
         return replace(self.tried, plan=plan, cuts=(*self.tried.cuts, cut), rounds=judged)
+
+
+def _said_once(claims: Iterable[Claim]) -> Iterator[str]:
+    """Yield the sentences of claims; of those that differ in the robot alone the first, and of whom else it is said."""
+    kinds: dict[str, list[str]] = {}
+    for claim in claims:
+        alike = kinds.setdefault(claim.sentence.replace(claim.robot, "") if claim.robot else claim.sentence, [])
+        if not alike:
+            alike.append(claim.sentence)
+        elif claim.robot:
+            alike.append(claim.robot)
+    for first, *others in kinds.values():
+        yield f"{first} So it is of {', '.join(others)}." if others else first
 
 
 def _with_narrow_room(plan: Plan, error: LtlplanError) -> LtlplanError:

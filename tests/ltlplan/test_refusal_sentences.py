@@ -91,3 +91,12 @@ def test_refusals_in_random_rooms_name_what_is_there(seed: int) -> None:
     if isinstance(error, Infeasible) and error.witness is not None and error.witness.claim == "separation":
         assert error.obstruction is not None
         assert error.obstruction.helps
+
+
+def test_what_is_so_of_several_robots_is_said_once() -> None:
+    """Two robots whose tracking nobody proves are refused in one sentence, and another one in its own."""
+    mission = ltlplan.load_mission("proved-inspection")
+    said = str(refusal(mission.changed(vehicle=mission.vehicle.changed(controller="lee"))))
+    assert said.count("no proof for this controller") == 1
+    assert "quad0: no proof" in said
+    assert said.endswith("So it is of quad1.")

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -17,6 +17,7 @@ from verify.data.trajectory import Trajectory
 from verify.data.vehicle import Vehicle
 from verify.tracking.error_model import NotProved
 from verify.tracking.on_board.onboard_proof import BoardBound, prove_on_board
+from verify.tracking.plan_samples import fixed_heading
 from verify.tracking.proof import TrackingBound, model_of, prove
 
 PROVED_CONTROLLER = "geometric"
@@ -32,6 +33,20 @@ _ASSUMED_ON_BOARD = (
 )
 _STEPS = 6
 """Halvings by which the largest share of the disturbances is looked for that would hold."""
+_TRIED = 3
+"""The dearest disturbances of which it is looked whether one alone is too much."""
+_HOVER = 2.0
+"""s of a hover that is proved where a plan is not."""
+_UNITS = {
+    "wind": "m/s",
+    "position": "m",
+    "velocity": "m/s",
+    "attitude": "rad",
+    "gyroscope": "rad/s",
+    "moment": "N m",
+    "start": "m",
+}
+_SHARES = ("mass", "thrust", "drag", "inertia")
 
 
 def tracking_claims(evidence: Evidence, margin: float) -> Iterable[Claim]:
@@ -52,9 +67,9 @@ def tracking_claims(evidence: Evidence, margin: float) -> Iterable[Claim]:
             yield _lacked(robot, lacks, margin)
         else:
             proofs[robot] = _Asked(path, duration, mission.agents[robot].start, mission.vehicle, mission.disturbance)
-    share = _largest_share(tuple(proofs.values()), margin)
+    team = tuple(proofs.values())
     for robot, asked in proofs.items():
-        yield _claim(robot, asked, margin, share)
+        yield _claim(robot, asked, margin, team)
 
 
 def _lacking(mission: Mission, robot: str, path: Trajectory, duration: float) -> str:
@@ -66,6 +81,8 @@ def _lacking(mission: Mission, robot: str, path: Trajectory, duration: float) ->
         return f"{robot}: no proof for this controller, '{follows}'; there is one for '{PROVED_CONTROLLER}' and '{ON_BOARD}'."
     if follows == ON_BOARD and np.any(path.coefficients[:, 3]):
         return f"{robot}: no proof for this controller, '{ON_BOARD}', at other headings than 0; there is one for '{PROVED_CONTROLLER}'."
+    if fixed_heading(path) is None:
+        return f"{robot}: no proof for a heading that turns; write `heading: fixed` for its agent."
     if follows == ON_BOARD and vehicle.autopilot is None:
         return f"{robot}: no proof for this controller, '{ON_BOARD}', as the profile of '{vehicle.name}' names no `autopilot` with its gains."
     if vehicle != mission.vehicle:
@@ -109,37 +126,76 @@ def _proved(asked: _Asked) -> TrackingBound | BoardBound | str:
         return str(reason)
 
 
+def _within(asked: _Asked, margin: float) -> bool:
+    """Return whether a flight is proved to stay within the margin."""
+    found = _proved(asked)
+    return not isinstance(found, str) and found.bound <= margin
+
+
 @lru_cache(maxsize=16)
-def _largest_share(team: tuple[_Asked, ...], margin: float) -> float | None:
-    """Return a share of the disturbances that is proved of all robots within the margin, near the largest; None where not even the plans alone are."""
-    lacking = [asked for asked in team if isinstance(_proved(asked), str)]
-    others = [asked for asked in team if asked not in lacking]
+def _advice(team: tuple[_Asked, ...], margin: float) -> str:
+    """Return which disturbance is too much, and a share of all that is proved of all robots, near the largest; of a plan that is too fast that it is."""
+    ordered = sorted(team, key=lambda asked: _within(asked, margin))  # those that lack it come first
+    told = ordered[0].disturbance
 
-    def holds(share: float) -> bool:
-        found = (_proved(_share(asked, share)) for asked in (*lacking, *others))
-        return all(not isinstance(bound, str) and bound.bound <= margin for bound in found)
+    def holds(share: float, only: str | None = None) -> bool:
+        return all(_within(_share(asked, share, only), margin) for asked in ordered)
 
-    low, high = 0.0, 1.0
-    if not lacking:
-        return 1.0
     if not holds(0.0):
-        return None
+        if isinstance(_proved(_hovering(ordered[0])), str):
+            return "not even a hover without disturbances is proved"
+        return "not even the plan alone is proved within the margin: slow it by `limits`"
+    share = _largest(holds)
+    said = f"{figures(100.0 * share, 3, up=False)} % of these disturbances would hold, for all robots"
+    least = _proved(_share(ordered[0], share))
+    costs = {} if isinstance(least, str) else least.costs
+    dearest = sorted(told.stated, key=lambda name: -max([cost for cause, cost in costs.items() if name in cause], default=0.0))
+    one = next((name for name in dearest[:_TRIED] if holds(0.0, name)), None)
+    if one is None:
+        return said
+    part = _largest(lambda some: holds(some, one))
+    return f"`{one}` is too much: {_size(one, told.scaled(part, one), part)} would hold beside the others; {said}"
+
+
+def _largest(holds: Callable[[float], bool]) -> float:
+    """Return a share that holds, near the largest, where a share of 0 does and 1 does not."""
+    low, high = 0.0, 1.0
     for _ in range(_STEPS):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if holds(middle) else (low, middle)
     return low
 
 
-def _share(asked: _Asked, share: float) -> _Asked:
-    return _Asked(asked.path, asked.duration, asked.start, asked.vehicle, asked.disturbance.scaled(share))
+def _size(name: str, held: Disturbance, part: float) -> str:
+    """Return how much of one disturbance is held, in words."""
+    value = getattr(held, name)
+    if name == "latency":
+        return f"{value[0]:g} to {figures(value[1], 3, up=False)} s"
+    if name in _UNITS or name == "centre":
+        return f"{figures(value, 3, up=False)} {_UNITS.get(name, 'm')}"
+    return (
+        f"{figures(100.0 * value, 3, up=False)} %"
+        if isinstance(value, float)
+        else f"{figures(100.0 * part, 3, up=False)} % of it"
+    )
 
 
-def _claim(robot: str, asked: _Asked, margin: float, share: float | None) -> Claim:
+def _share(asked: _Asked, share: float, only: str | None = None) -> _Asked:
+    return replace(asked, disturbance=asked.disturbance.scaled(share, only))
+
+
+def _hovering(asked: _Asked) -> _Asked:
+    """Return a short hover at the start in place of a flight, without disturbances."""
+    still = np.zeros((1, 4, 8))
+    still[0, :3, 0] = asked.start
+    return replace(_share(asked, 0.0), path=Trajectory([_HOVER], still), duration=_HOVER)
+
+
+def _claim(robot: str, asked: _Asked, margin: float, team: tuple[_Asked, ...]) -> Claim:
     found = _proved(asked)
     if isinstance(found, str):
-        alone = "not even the plan alone is proved: slow it by `limits`"
-        hold = alone if share is None else f"{100.0 * share:.3g} % of these disturbances would hold, for all robots"
-        return _lacked(robot, f"{robot}: not proved to stay near its plan under `disturbance`: {found}; {hold}.", margin)
+        why = f"{robot}: not proved to stay near its plan under `disturbance`: {found}; {_advice(team, margin)}."
+        return _lacked(robot, why, margin)
     within = found.bound <= margin
     bound = figures(found.bound, 4, up=True)
     dearest = sorted(found.costs.items(), key=lambda cost: -cost[1])[:4]
@@ -153,9 +209,10 @@ def _claim(robot: str, asked: _Asked, margin: float, share: float | None) -> Cla
     if within:
         sentence = f"{robot} stays within {bound} m of its plan under the stated disturbances, {set_points} (margin {margin:.5g} m); {tight}. {said}"
     else:
+        advice = "" if asked.disturbance.fitted else f"; {_advice(team, margin)}"  # a margin that is fitted becomes larger
         sentence = (
             f"{robot} is proved to stay within {told_apart(found.bound, margin)} m of its plan, {set_points}; that is more than the margin, "
-            f"{margin:.5g} m. {said}"
+            f"{margin:.5g} m{advice}. {said}"
         )
     return claim_of(
         "tracking", "holds" if within else "undecided", sentence, robot=robot, unit="m", bound=found.bound, limit=margin,
@@ -191,19 +248,8 @@ def _start(rest: Unrest | None) -> str:
 
 def _stated(disturbance: Disturbance) -> str:
     """Return what may disturb a flight, in words; what is zero is left out, but for what was not said."""
-    units = {
-        "wind": "m/s",
-        "position": "m",
-        "velocity": "m/s",
-        "attitude": "rad",
-        "gyroscope": "rad/s",
-        "moment": "N m",
-        "start": "m",
-    }
-    found = [f"{name} {value:g} {unit}" for name, unit in units.items() if (value := getattr(disturbance, name))]
-    found += [
-        f"{name} {100 * value:g} %" for name in ("mass", "thrust", "drag", "inertia") if (value := getattr(disturbance, name))
-    ]
+    found = [f"{name} {value:g} {unit}" for name, unit in _UNITS.items() if (value := getattr(disturbance, name))]
+    found += [f"{name} {100 * value:g} %" for name in _SHARES if (value := getattr(disturbance, name))]
     if disturbance.centre:
         found.append(f"a centre of mass that is {disturbance.centre:g} m off")
     if any(disturbance.latency):

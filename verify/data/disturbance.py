@@ -157,14 +157,22 @@ class Disturbance(Value):
         errors = {"speed": self.velocity, "tilt": self.attitude, "turn": self.gyroscope, "heading": self.attitude}
         return {name: (most, error) for name, error in errors.items() if (most := getattr(rest, name))}
 
-    def scaled(self, share: float) -> Disturbance:
+    def scaled(self, share: float, only: str | None = None) -> Disturbance:
         """Return disturbances that are a share of these; the latency's least end, the battery and the airframe stay.
 
         Args:
             share: From 0 to 1.
+            only: The key of the one that is scaled; None for all.
         """
         names = ("wind", "position", "velocity", "attitude", "gyroscope", "mass", "thrust", "sag", "drag", "moment")
         names += ("inertia", "centre", "start")
-        changes = {name: share * getattr(self, name) for name in names}
-        within = {"rest": self.rest and self.rest.scaled(share), "setpoints": self.setpoints and self.setpoints.scaled(share)}
-        return self.model_copy(update={**changes, **within, "latency": _narrowed(self.latency, share)})
+        changes: dict[str, object] = {name: share * getattr(self, name) for name in names}
+        changes |= {"latency": _narrowed(self.latency, share), "rest": self.rest and self.rest.scaled(share)}
+        changes["setpoints"] = self.setpoints and self.setpoints.scaled(share)
+        return self.model_copy(update=changes if only is None else {only: changes[only]})
+
+    @property
+    def stated(self) -> tuple[str, ...]:
+        """The keys of what disturbs at all and can be scaled."""
+        none = self.scaled(0.0)
+        return tuple(name for name in type(self).model_fields if getattr(none, name) != getattr(self, name))

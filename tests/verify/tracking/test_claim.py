@@ -163,11 +163,13 @@ def refused(plan, team) -> str:
 
 def test_refusals_say_what_stands_in_the_way():
     assert "no proof for this controller, 'lee'" in refused(*flight(controller="lee"))
-    assert "more than the margin" in refused(*flight(margin=0.001))
+    sentence = refused(*flight(margin=0.001))
+    assert "more than the margin" in sentence
+    assert "% of these disturbances would hold" in sentence
     other = GENTLE.changed(airframe=load_airframe("crazyflie-brushless"))
     assert "another airframe than that of 'crazyflie-2.1'" in refused(*flight(other))
     plan, team = flight()
-    assert "heading that turns" in refused(plan, {"r0": turning(team["r0"], 0.3)})
+    assert "heading that turns; write `heading: fixed`" in refused(plan, {"r0": turning(team["r0"], 0.3)})
 
 
 @pytest.mark.slow
@@ -181,6 +183,25 @@ def test_disturbances_that_are_too_much_are_refused_with_the_share_that_would_ho
     assert claim_of(judge(plan.changed(mission=plan.mission.changed(disturbance=told)), team)).outcome == "holds"
 
 
+@pytest.mark.slow  # a share of all of them, by default, too
+def test_the_disturbance_that_is_too_much_is_named_with_what_would_hold_of_it():
+    plan, team = flight(GENTLE.changed(wind=1.5))
+    size = float(refused(plan, team).split("`wind` is too much: ")[1].split(" m/s would hold")[0])
+    assert 0.1 < size < 1.5
+    told = plan.mission.disturbance.changed(wind=size)
+    assert claim_of(judge(plan.changed(mission=plan.mission.changed(disturbance=told)), team)).outcome == "holds"
+
+
+def test_one_of_the_disturbances_is_scaled_alone():
+    told = STREAMED.changed(latency=(0.002, 0.01))
+    assert "airframe" not in told.stated
+    assert {"wind", "gyroscope", "latency", "rest", "setpoints"} <= {*told.stated}
+    for name in told.stated:
+        half = told.scaled(0.5, name)
+        assert half.changed(**{name: getattr(told, name)}) == told
+        assert getattr(half, name) == getattr(told.scaled(0.5), name) != getattr(told, name)
+
+
 def test_a_plan_that_is_too_fast_is_refused_by_itself():
     plan, _ = flight()
     assert "not even the plan alone" in refused(plan, {"r0": legs([[0, 0, 1], [0.5, 0, 1]], speed=1.0)})
@@ -192,7 +213,10 @@ def test_gains_that_do_not_stabilise_the_vehicle_are_refused_in_one_sentence():
     plan, team = flight(wild)
     own = plan.mission.vehicle.changed(name="homemade", autopilot=None)
     sentence = refused(plan.changed(mission=plan.mission.changed(vehicle=own)), team)
-    assert "the controller's gains are not shown to stabilise the vehicle" in sentence
+    assert (
+        "the controller's gains are not shown to stabilise the vehicle; not even a hover without disturbances is proved"
+        in sentence
+    )
 
 
 @pytest.fixture
