@@ -1,7 +1,8 @@
 """Interval arithmetic on arrays of floats, every operation rounded outwards.
 
-IEEE 754 rounds + - * / and the square root correctly, so the next float outwards is a bound. NaN in a result means
-that nothing is known of it.
+IEEE 754 rounds + - * / and the square root correctly, so the next float outwards is a bound. It is found by the arithmetic of S. M. Rump, P. Zimmermann,
+S. Boldo, G. Melquiond, "Computing predecessor and successor in rounding to nearest" (BIT 2009, theorem 2.2), several times as fast as `nextafter`.
+NaN in a result means that nothing is known of it.
 """
 
 from __future__ import annotations
@@ -14,12 +15,16 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 
+_HALF_ULP = 2.0**-53 * (1.0 + 2.0**-52)
+_LEAST = 2.0**-1074
+
+
 def _down(values: Floats) -> Floats:
-    return np.nextafter(values, -np.inf)
+    return values - (np.abs(values) * _HALF_ULP + _LEAST)
 
 
 def _up(values: Floats) -> Floats:
-    return np.nextafter(values, np.inf)
+    return values + (np.abs(values) * _HALF_ULP + _LEAST)
 
 
 @dataclass(frozen=True, slots=True)

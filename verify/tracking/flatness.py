@@ -6,7 +6,6 @@ The feedback p adds to the plan's force; attitude, rates and angular acceleratio
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,37 +20,38 @@ class Jet:
 
     Attributes:
         value: Shape (ticks,).
-        slope: Three of that shape.
+        slopes: Shape (3, ticks).
     """
 
     value: Interval
-    slope: tuple[Interval, Interval, Interval]
+    slopes: Interval
+
+    @property
+    def slope(self) -> tuple[Interval, Interval, Interval]:
+        """The derivatives, each of the value's shape."""
+        x, y, z = (Interval(low, high) for low, high in zip(self.slopes.low, self.slopes.high, strict=True))
+        return x, y, z
 
     def __add__(self, other: Jet) -> Jet:
-        return Jet(self.value + other.value, _each(lambda a, b: a + b, self, other))
+        return Jet(self.value + other.value, self.slopes + other.slopes)
 
     def __sub__(self, other: Jet) -> Jet:
-        return Jet(self.value - other.value, _each(lambda a, b: a - b, self, other))
+        return Jet(self.value - other.value, self.slopes - other.slopes)
 
     def __mul__(self, other: Jet) -> Jet:
-        return Jet(self.value * other.value, _each(lambda a, b: a * other.value + self.value * b, self, other))
+        return Jet(self.value * other.value, self.slopes * other.value + self.value * other.slopes)
 
     def __truediv__(self, other: Jet) -> Jet:
         quotient = self.value / other.value
-        return Jet(quotient, _each(lambda a, b: (a - quotient * b) / other.value, self, other))
+        return Jet(quotient, (self.slopes - quotient * other.slopes) / other.value)
 
     def __neg__(self) -> Jet:
-        return Jet(-self.value, tuple(-s for s in self.slope))  # pyright: ignore[reportArgumentType]  # three
+        return Jet(-self.value, -self.slopes)
 
     def root(self) -> Jet:
         """Square root."""
         root = self.value.root()
-        twice = root + root
-        return Jet(root, tuple(s / twice for s in self.slope))  # pyright: ignore[reportArgumentType]  # three
-
-
-def _each(rule: Callable[[Interval, Interval], Interval], one: Jet, other: Jet) -> tuple[Interval, Interval, Interval]:
-    return tuple(rule(a, b) for a, b in zip(one.slope, other.slope, strict=True))  # pyright: ignore[reportReturnType]  # three
+        return Jet(root, self.slopes / (root + root))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -84,15 +84,13 @@ def fed_forward(force: Floats, jerk: Floats, snap: Floats, reach: Floats) -> Fed
         snap: Its second derivative. Shape (ticks, 3).
         reach: Half the sides of the boxes of feedback and of both derivatives, m/s^2 and s. Shape (3, ticks, 3).
     """
-    nothing, one = interval(np.zeros(len(force))), interval(np.ones(len(force)))
-    none = nothing, nothing, nothing
-    slopes = (one, nothing, nothing), (nothing, one, nothing), (nothing, nothing, one)
+    slopes = np.eye(3)[:, :, None] * np.ones(len(force))
     boxes = [
         [interval(values[:, k]) + Interval(-sides[:, k], sides[:, k]) for k in range(3)]
         for values, sides in zip((force, jerk, snap), reach, strict=True)
     ]
-    pushed = [Jet(box, slope) for box, slope in zip(boxes[0], slopes, strict=True)]
-    held = [[Jet(box, none) for box in sides] for sides in boxes[1:]]
+    pushed = [Jet(box, interval(slope)) for box, slope in zip(boxes[0], slopes, strict=True)]
+    held = [[Jet(box, interval(0.0 * slopes[0])) for box in sides] for sides in boxes[1:]]
     return _flat((pushed[0], pushed[1], pushed[2]), *((x, y, z) for x, y, z in held))
 
 

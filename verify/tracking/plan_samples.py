@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from verify.arithmetic.balls import Floats, gamma
 from verify.data.trajectory import DEGREE, Trajectory
@@ -16,6 +16,11 @@ ORDERS = 6
 """Derivatives of a position that are used: up to the fifth."""
 _SLACK = 1e-9
 """s by which the instants of commands and joints may be off in floats."""
+_LEFT = np.arange(DEGREE + 1) - np.arange(DEGREE + 1)[:, None]
+"""Powers that a derivative (row) leaves of a monomial (column)."""
+_FACTORIALS = np.array([math.factorial(k) for k in range(DEGREE + 1)], dtype=np.float64)
+_FALLING = np.where(_LEFT >= 0, _FACTORIALS / _FACTORIALS[_LEFT], 0.0)
+"""By what factor."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -65,31 +70,23 @@ def sample_plan(path: Trajectory, duration: float, heading: float, latency: floa
     ticks = max(math.ceil(duration / TICK), 1)
     times = np.arange(ticks, dtype=np.float64) * TICK
     pieces = _Pieces.of(path, heading, float(times[-1]) + 2.0 * TICK, delay)
-    across, along = np.zeros((ticks, ORDERS)), np.zeros((ticks, ORDERS))
-    at, middle, seen = (np.empty((ticks, rows, 3)) for rows in (ORDERS, ORDERS, 2))
-    for tick, time in enumerate(times):
-        at[tick] = pieces.at(time)[:ORDERS]
-        middle[tick] = pieces.at(time + 0.5 * TICK)[:ORDERS]
-        seen[tick] = pieces.at(time - latency)[:2] - at[tick, :2]
-        for found, half in pieces.between(time, time + TICK):
-            for order in range(ORDERS):
-                reach = np.array([half**k / math.factorial(k) for k in range(DEGREE + 1 - order)])
-                across[tick, order] = max(across[tick, order], reach @ np.hypot(found[order:, 0], found[order:, 1]))
-                along[tick, order] = max(along[tick, order], reach @ found[order:, 2])
-    jumps, rises = np.zeros((ticks, ORDERS)), np.zeros((ticks, ORDERS))
-    for time, step, rise in pieces.joints():
-        for tick in {int((time + sign * _SLACK) / TICK) for sign in (-1.0, 1.0)}:
-            if tick < ticks:
-                jumps[tick] += step[:ORDERS]
-                rises[tick] += rise[:ORDERS]
+    at, middle = pieces.at(times), pieces.at(times + 0.5 * TICK)
+    seen = pieces.at(times - latency)[:, :2] - at[:, :2]
+    sizes, jumped = np.zeros((ticks, 2, ORDERS)), np.zeros((ticks, 2, ORDERS))
+    tick, largest = pieces.between(times, times + TICK)
+    np.maximum.at(sizes, tick, largest)
+    for time, steps in zip(*pieces.joints(), strict=True):
+        for k in {int((time + sign * _SLACK) / TICK) for sign in (-1.0, 1.0)}:
+            if k < ticks:
+                jumped[k] += steps
+    (across, along), (jumps, rises) = sizes.swapaxes(0, 1), jumped.swapaxes(0, 1)
     bounds = (across * GROW + _SLACK, along * GROW + _SLACK, jumps * GROW, rises * GROW)
     return PlanSamples(times, at, middle, *bounds, seen)
 
 
 def derivatives_at(path: Trajectory, times: Floats) -> Floats:
     """Return a path's place and derivatives at some times; after its end it hovers. Shape (times, ORDERS, 3)."""
-    pieces = _Pieces.of(path, 0.0, float(times[-1]) + TICK)
-    return np.array([pieces.at(float(time))[:ORDERS] for time in times])
+    return _Pieces.of(path, 0.0, float(times[-1]) + TICK).at(times)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -112,49 +109,63 @@ class _Pieces:
         own = path.coefficients[:, :3]
         turned = np.asarray(np.einsum("ij,pjk->pik", turn, own) if heading else own, dtype=np.float64)
         hover = np.zeros((1, 3, DEGREE + 1))
-        hover[0, :, 0] = _derivatives(turned[-1], path.durations[-1])[0][0]
+        hover[0, :, 0] = _derivatives(turned[-1:], path.durations[-1:])[0][0, 0]
         before = np.zeros((1 if delay else 0, 3, DEGREE + 1))
         before[:, :, 0] = turned[0, :, 0]
         knots = np.concatenate([np.zeros(len(before)), path.knots + delay, [max(end, path.duration + delay + TICK)]])
         return cls(np.concatenate([before, turned, hover]), knots)
 
-    def at(self, time: float) -> Floats:
-        """Return all derivatives at a time; before time 0 those of a hover at the start. Shape (DEGREE + 1, 3)."""
-        if time < 0.0:
-            found = np.zeros((DEGREE + 1, 3))
-            found[0] = self.coefficients[0, :, 0]
-            return found
-        piece = min(max(int(np.searchsorted(self.knots, time, side="right")) - 1, 0), len(self.coefficients) - 1)
-        return _derivatives(self.coefficients[piece], time - self.knots[piece])[0]
+    def at(self, times: Floats) -> Floats:
+        """Return the derivatives at some times; before time 0 those of a hover at the start. Shape (times, ORDERS, 3)."""
+        piece = np.clip(np.searchsorted(self.knots, times, side="right") - 1, 0, len(self.coefficients) - 1)
+        found = _derivatives(self.coefficients[piece], times - self.knots[piece])[0][:, :ORDERS]
+        found[times < 0.0] = 0.0
+        found[times < 0.0, 0] = self.coefficients[0, :, 0]
+        return found
 
-    def between(self, start: float, stop: float) -> Iterator[tuple[Floats, float]]:
-        """Yield bounds of the derivatives' magnitudes in the middle of each stretch of a piece in a span, and half its length, s."""
-        first = max(int(np.searchsorted(self.knots, start - _SLACK, side="right")) - 1, 0)
-        for piece in range(first, len(self.coefficients)):
-            early, late = max(start, self.knots[piece]), min(stop, self.knots[piece + 1])
-            if early > late + _SLACK:
-                break
-            found, lost = _derivatives(self.coefficients[piece], 0.5 * (early + late) - self.knots[piece])
-            yield np.abs(found) + lost, 0.5 * max(late - early, 0.0) + 2.0 * _SLACK
+    def between(self, starts: Floats, stops: Floats) -> tuple[NDArray[np.int64], Floats]:
+        """Bound the derivatives' horizontal lengths and vertical magnitudes on each stretch of a piece in spans.
 
-    def joints(self) -> Iterator[tuple[float, Floats, Floats]]:
-        """Yield the time of each joint, and bounds of what derivatives jump by there: lengths, and vertical parts; at time 0 the speed's, from a hover."""
-        start, lost = _derivatives(self.coefficients[0], 0.0)
-        begun, risen = np.zeros(DEGREE + 1), np.zeros(DEGREE + 1)
-        begun[1], risen[1] = np.linalg.norm(np.abs(start[1]) + lost[1]), np.abs(start[1, 2]) + lost[1, 2]
-        yield 0.0, begun, risen
-        for joint in range(1, len(self.coefficients)):
-            before, lost = _derivatives(self.coefficients[joint - 1], self.knots[joint] - self.knots[joint - 1])
-            after, _ = _derivatives(self.coefficients[joint], 0.0)
-            step = np.abs(after - before) + lost
-            yield float(self.knots[joint]), np.linalg.norm(step, axis=1), step[:, 2]
+        Returns:
+            To which span each stretch belongs, and the bounds. Shapes (stretches,) and (stretches, 2, ORDERS).
+        """
+        first = np.maximum(np.searchsorted(self.knots, starts - _SLACK, side="right") - 1, 0)
+        last = np.minimum(np.searchsorted(self.knots, stops + _SLACK, side="right"), len(self.coefficients))
+        span = np.repeat(np.arange(len(starts)), last - first)
+        piece = np.concatenate([np.arange(*ends) for ends in zip(first, last, strict=True)])
+        early, late = np.maximum(starts[span], self.knots[piece]), np.minimum(stops[span], self.knots[piece + 1])
+        found, lost = _derivatives(self.coefficients[piece], 0.5 * (early + late) - self.knots[piece])
+        sizes = np.abs(found) + lost
+        half = 0.5 * np.maximum(late - early, 0.0) + 2.0 * _SLACK
+        reach = np.where(_LEFT >= 0, half[:, None, None] ** np.maximum(_LEFT, 0) / _FACTORIALS[_LEFT], 0.0)
+        lengths = np.stack([np.hypot(sizes[..., 0], sizes[..., 1]), sizes[..., 2]], axis=-1)
+        return span, (reach @ lengths).swapaxes(1, 2)[..., :ORDERS]
+
+    def joints(self) -> tuple[Floats, Floats]:
+        """Return the time of each joint, and bounds of what derivatives jump by there: lengths, and vertical parts; at time 0 the speed's, from a hover.
+
+        Returns:
+            Shapes (joints,) and (joints, 2, ORDERS).
+        """
+        after, lost = _derivatives(self.coefficients, np.zeros(len(self.coefficients)))
+        step = np.zeros_like(after)
+        step[0, 1] = np.abs(after[0, 1]) + lost[0, 1]
+        before, lost = _derivatives(self.coefficients[:-1], np.diff(self.knots)[:-1])
+        step[1:] = np.abs(after[1:] - before) + lost
+        step = step[:, :ORDERS]
+        return np.concatenate([[0.0], self.knots[1:-1]]), np.stack([np.linalg.norm(step, axis=-1), step[..., 2]], axis=1)
 
 
-def _derivatives(piece: Floats, time: float) -> tuple[Floats, Floats]:
-    """Return all derivatives of a piece at a local time, and how far off rounding can leave them. Shapes (DEGREE + 1, 3)."""
-    found, sizes, values = np.empty((DEGREE + 1, 3)), np.empty((DEGREE + 1, 3)), piece
-    for order in range(DEGREE + 1):
-        powers = float(time) ** np.arange(values.shape[1])
-        found[order], sizes[order] = values @ powers, np.abs(values) @ np.abs(powers)
-        values = values[:, 1:] * np.arange(1, values.shape[1])
-    return found, gamma(64) * sizes
+def _derivatives(pieces: Floats, times: Floats) -> tuple[Floats, Floats]:
+    """Return all derivatives of pieces at a local time of each, and how far off rounding can leave them.
+
+    Args:
+        pieces: Shape (n, 3, DEGREE + 1).
+        times: Shape (n,).
+
+    Returns:
+        Shape (n, DEGREE + 1, 3) each.
+    """
+    powers = times[:, None, None] ** np.maximum(_LEFT, 0) * _FALLING
+    own = pieces.swapaxes(1, 2)
+    return powers @ own, gamma(64) * (np.abs(powers) @ np.abs(own))
