@@ -41,12 +41,14 @@ class Sight:
         attitude: Error of its attitude, rad. Shape (3, n).
         seen: Whether it saw a vehicle. Shape (n,).
         gyro: Error of the gyroscopes, rad/s. Shape (3, n).
+        velocity: Error of the velocity that a controller without an estimator is given, m/s. Shape (3, n).
     """
 
     position: Floats
     attitude: Floats
     seen: NDArray[np.bool_]
     gyro: Floats
+    velocity: Floats | float = 0.0
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -58,12 +60,14 @@ class Differences:
         mass: What each weighs as a share of its airframe's mass; None for 1. Shape (n,).
         thrust: Thrust of each over the thrust that is commanded; None for 1. Shape (n,).
         drag: Which drag those have whose drag was not measured.
+        age: s, of the position and velocity that a controller is given which has no estimator; None for 0. Shape (n,).
     """
 
     delay: Floats | None = None
     mass: Floats | None = None
     thrust: Floats | None = None
     drag: Drag = "profile"
+    age: Floats | None = None
 
     def of(self, own: NDArray[np.intp]) -> Differences:
         """Return those of some vehicles.
@@ -71,8 +75,9 @@ class Differences:
         Args:
             own: Which.
         """
-        delay, mass, thrust = (None if part is None else part[own] for part in (self.delay, self.mass, self.thrust))
-        return Differences(delay, mass, thrust, self.drag)
+        parts = (self.delay, self.mass, self.thrust, self.age)
+        delay, mass, thrust, age = (None if part is None else part[own] for part in parts)
+        return Differences(delay, mass, thrust, self.drag, age)
 
 
 class Fleet:
@@ -156,16 +161,21 @@ class _Crew:
         self.plant = RotorPlant(airframe, laws, start[:, own], at_first, weights, own_differences.thrust)
         self._gyro: Floats | float = 0.0
         self._estimator = None if delay is None else _Estimator(self.plant, delay)
+        self._aged = None if own_differences.age is None else _Aged(self.plant.state[:6], own_differences.age)
+        self._off: Floats | None = None  # position and velocity that are given, less the true ones
 
     @property
     def known(self) -> Floats:
         return self.plant.state[:10] if self._estimator is None else self._estimator.known
 
     def look(self, sight: Sight | None) -> None:
-        if sight is None or self._estimator is None:
+        if sight is None:
             return
         own = self._own
         self._gyro = sight.gyro[:, own]
+        if self._estimator is None:
+            self._off = np.concatenate([sight.position[:, own], np.broadcast_to(sight.velocity, sight.position.shape)[:, own]])
+            return
         self._estimator.look(Sight(sight.position[:, own], sight.attitude[:, own], sight.seen[own], self._gyro))
 
     def fly(self, flat: Floats, half: int, wind: Floats | float) -> Floats:
@@ -177,12 +187,34 @@ class _Crew:
         known[10:] += self._gyro
         if estimator is not None:
             known[:10] = estimator.known
+        else:
+            known[:6] = known[:6] if self._aged is None else self._aged.given()
+            known[:6] += 0.0 if self._off is None else self._off
         plant.aim(None if half else flat, setpoint, known)
         air = wind if isinstance(wind, float | int) else wind[:, own]
         flown = plant.fly(setpoint, None if estimator is None else estimator.known, self._gyro, air, FRAME_STEPS)
-        if estimator is not None:
-            estimator.remember(flown)
+        for memory in filter(None, (estimator, self._aged)):
+            memory.remember(flown)
         return flown[:, :3]
+
+
+class _Aged:
+    """Positions and velocities of the last steps, for controllers that are given them late."""
+
+    def __init__(self, now: Floats, age: Floats) -> None:
+        late = age / STEP
+        self._whole, self._vehicles = np.floor(late).astype(np.intp), np.arange(len(age))
+        self._part = (late - self._whole)[:, None]
+        self._past = np.repeat(now[None], 2 + int(np.max(self._whole)), axis=0)
+
+    def remember(self, flown: Floats) -> None:
+        """Keep where the vehicles were after each step of a frame. Shape (FRAME_STEPS, 10, n)."""
+        self._past = np.concatenate([self._past, flown[:, :6]])[-len(self._past) :]
+
+    def given(self) -> Floats:
+        """Return position and velocity as old as they are given. Shape (6, n)."""
+        near, far = (self._past[at - self._whole, :, self._vehicles] for at in (-1, -2))
+        return (near + self._part * (far - near)).T
 
 
 class _Estimator:

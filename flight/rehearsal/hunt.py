@@ -41,11 +41,13 @@ FASTEST = 20.0
 """m/s, of a wind that is hunted with at most."""
 _REMEMBERED = 10.0
 """s after which a loop has forgotten a gust."""
-_PULSES = {"wind": 0.5, "position": 0.002, "attitude": 0.01, "gyroscope": 0.1}
-"""m/s, m, rad and rad/s for one control step: small, so that the response is that of the linear loop."""
+_PULSES = {"wind": 0.5, "position": 0.002, "velocity": 0.02, "attitude": 0.01, "gyroscope": 0.1}
+"""m/s, m, m/s, rad and rad/s for one control step: small, so that the response is that of the linear loop."""
 _ENDS = ("mass", "thrust", "latency")
 """What has two ends."""
-_UNITS = {"position": "m", "attitude": "rad", "gyroscope": "rad/s"}
+_UNITS = {"position": "m", "velocity": "m/s", "attitude": "rad", "gyroscope": "rad/s"}
+_ON_BOARD, _ON_GROUND = ("position", "attitude", "gyroscope"), ("position", "velocity", "gyroscope")
+"""What is aimed of what an estimator on board sees, and of what a controller is given that has none."""
 _INSTANTS = 6
 _DIRECTIONS = tuple(sign * axis for axis in np.eye(3) for sign in (1.0, -1.0))
 
@@ -56,7 +58,7 @@ class Hunt:
 
     Attributes:
         wind: Speed of the air at all times, m/s.
-        errors: What else is aimed, and how far off it is: position in m, attitude in rad, gyroscope in rad/s.
+        errors: What else is aimed, and how far off it is: position in m, velocity in m/s, attitude in rad, gyroscope in rad/s.
         margin: Radius of the tube, m; None without one.
         linear: Each robot's largest distance if its loop were linear and hovered, m: l1 gains times the wind and errors.
         worst: Largest distance of any robot from its plan that was found, m; infinite where one was lost.
@@ -88,6 +90,8 @@ class Hunt:
         also = "".join(f" and {name} errors of {size:g} {_UNITS[name]}" for name, size in self.errors.items())
         ends = f" with {said_of(self.ends)}" if self.ends else ""
         proved = "" if self.bound is None else f" The proved bound is {self.bound / self.worst:.1f} times that."
+        if self.bound is not None and self.worst > self.bound:
+            proved = f" That is outside the model: the proved bound is {1000 * self.bound:.1f} mm."
         return (
             f"Hunted with winds of {self.wind:g} m/s{also} that turn against the loop:{kept} {far} by {self.robot}, aimed at {self.time:.1f} s"
             f"{ends} ({1000 * self.linear[self.robot]:.0f} mm from what is aimed alone, were the loop linear).{proved} A hunt proves nothing."
@@ -153,7 +157,7 @@ def hunt(
     left = None if margin is None else int(np.count_nonzero(np.max(errors, axis=1) >= margin))
     at = {} if best.ends is None else {what: ("least", "most")[end] for what, end in zip(hunted.ends, best.ends, strict=True)}
     told = mission.disturbance
-    within = told is not None and wind <= told.wind and worst < float("inf")
+    within = told is not None and wind <= told.wind
     claims = cert.claims if cert is not None and within else ()
     bound = next((claim.bound for claim in claims if (claim.name, claim.robot) == ("tracking", name)), None)
     other = {what: size for what, size in hunted.sizes.items() if what != "wind"}
@@ -162,11 +166,17 @@ def hunt(
 
 
 def _sizes(mission: Mission, wind: float) -> dict[str, float]:
-    """Return how large each input is that is aimed: a controller on the ground knows the truth, as in the proof."""
+    """Return how large each input is that is aimed."""
     told = mission.disturbance
-    if told is None or conditions_of(mission).noise is None:
+    if told is None:
         return {"wind": wind}
-    return {"wind": wind, **{name: size for name in _UNITS if (size := float(getattr(told, name))) > 0.0}}
+    names = _ON_GROUND if _on_ground(mission) else _ON_BOARD
+    return {"wind": wind, **{name: size for name in names if (size := float(getattr(told, name))) > 0.0}}
+
+
+def _on_ground(mission: Mission) -> bool:
+    """Return whether controllers have no estimator, as in the proof of one on the ground."""
+    return mission.disturbance is not None and conditions_of(mission).noise is None
 
 
 def require_wind(wind: float) -> None:
@@ -182,12 +192,13 @@ def require_wind(wind: float) -> None:
         raise BadInput(f"a hunt's wind is above 0 m/s and at most {FASTEST:g}, not {wind!r}.")
 
 
-def response(airframe: Airframe, to: str = "wind") -> Floats:
+def response(airframe: Airframe, to: str = "wind", *, estimated: bool = True) -> Floats:
     """Return how a hovering vehicle moves that was blown at, or seen wrongly, by 1 for one control step, m.
 
     Args:
-        airframe: With the controller that its profile names, on the estimator on board.
-        to: What was 1: `wind` in m/s, `position` in m or `attitude` in rad as cameras see them, `gyroscope` in rad/s.
+        airframe: With the controller that its profile names.
+        to: What was 1: `wind` in m/s, `position` in m or `attitude` in rad as cameras see them, `gyroscope` in rad/s, `velocity` in m/s as it is given.
+        estimated: Whether it flies on the estimator on board; else it is given what is true.
 
     Returns:
         At each control step after it began; by its axis, then by the motion's. Shape (steps, 3, 3).
@@ -199,7 +210,8 @@ def response(airframe: Airframe, to: str = "wind") -> Floats:
         ekf=autopilot.ekf.changed(least_turn=0.0)
     )  # what a filter drops of small corrections is not linear
     airframe = airframe.changed(vehicle=airframe.vehicle.changed(autopilot=linear))
-    fleet = Fleet(kinds_of((airframe,), 3), CONTROLLERS.find(PROFILES), start, Differences(np.full(3, CAMERAS.delay)))
+    delay = np.full(3, CAMERAS.delay) if estimated else None
+    fleet = Fleet(kinds_of((airframe,), 3), CONTROLLERS.find(PROFILES), start, Differences(delay))
     settled, count = round(1.0 / CONTROL_STEP), round(_REMEMBERED / CONTROL_STEP)
     moved, at_rest, pulse = np.empty((count, 3, 3)), np.zeros((3, 3)), _PULSES[to] * np.eye(3)
     for tick in range(settled + count):
@@ -216,10 +228,10 @@ def response(airframe: Airframe, to: str = "wind") -> Floats:
 
 def _sight(errors: Mapping[str, Floats], n: int) -> Sight:
     """Return what is seen with errors of cameras and gyroscopes, 0 where there are none."""
-    none = np.zeros((3, n))
-    return Sight(
-        errors.get("position", none), errors.get("attitude", none), np.ones(n, dtype=np.bool_), errors.get("gyroscope", none)
+    position, attitude, gyro, velocity = (
+        errors.get(name, np.zeros((3, n))) for name in ("position", "attitude", "gyroscope", "velocity")
     )
+    return Sight(position, attitude, np.ones(n, dtype=np.bool_), gyro, velocity)
 
 
 def gain_of(kernel: Floats) -> float:
@@ -288,9 +300,10 @@ class _Hunted:
     ) -> None:
         self._reference, self._airframes, self.sizes = reference, tuple(airframes), sizes
         self._told, self._seed = mission.disturbance, seed
-        self._truth = self._told is not None and conditions_of(mission).noise is None
-        self.ends = _ENDS[:2] if self._truth else _ENDS
-        found = {(airframe, name): response(airframe, name) for airframe in dict.fromkeys(airframes) for name in sizes}
+        self._truth = _on_ground(mission)
+        self.ends = _ENDS
+        kinds = dict.fromkeys(airframes)
+        found = {(kind, name): response(kind, name, estimated=not self._truth) for kind in kinds for name in sizes}
         self._kernels = {name: [found[airframe, name] for airframe in airframes] for name in sizes}
 
     def linear(self) -> list[float]:
@@ -327,8 +340,9 @@ class _Hunted:
             )
             for name, size in self.sizes.items()
         }
-        delay = None if self._truth else self._ends("latency", aims)
-        differences = Differences(delay, self._ends("mass", aims), self._ends("thrust", aims))
+        late = self._ends("latency", aims)
+        delay, age = (None, late) if self._truth else (late, None)
+        differences = Differences(delay, self._ends("mass", aims), self._ends("thrust", aims), age=age)
         start = np.tile(reference.start, (1, len(aims)))
         fleet = Fleet(kinds_of(self._airframes, len(aims)), CONTROLLERS.find(PROFILES), start, differences)
         draws = Draws(Conditions(LABORATORY, CAMERAS), (self._seed,), robots)

@@ -8,11 +8,16 @@ import numpy as np
 import pytest
 
 import flight
+from flight.control.controller import CONTROLLERS
+from flight.mixed_fleet import kinds_of
 from flight.model.airframe import airframe_of
-from flight.model.timing import CONTROL_STEP
+from flight.model.timing import CONTROL_STEP, STEP
+from flight.onboard_simulation.commanded import CommandedLaws
+from flight.onboard_simulation.fleet import Differences, Fleet, Sight
 from flight.rehearsal.hunt import gain_of, hunt, input_towards, response
 from tests.helpers.motion.flights import plan_of, small_mission
 from tests.helpers.motion.stand_ins import hop, rest_to_rest, stand_in
+from tests.helpers.vehicles.disturbed_flights import Disturbed
 from verify import certify
 from verify.data import BadInput, Trajectory, Visit, load_vehicle
 from verify.data.airframe import load_airframe
@@ -79,8 +84,69 @@ def test_errors_of_cameras_are_aimed_as_winds_are():
     assert gain_of(seen) > abs(seen.sum(axis=0)).max() > 0.9, "an error that stays is followed"
 
 
+def hovering(seconds: float) -> Trajectory:
+    coefficients = np.zeros((1, 4, 8))
+    coefficients[0, 2, 0] = 1.0
+    return Trajectory([seconds], coefficients)
+
+
+def test_what_a_controller_on_the_ground_is_given_is_late_and_off_as_elsewhere():
+    """A fleet whose controllers are given late positions and velocities that are off flies as the flights do that the proof is held against."""
+    airframe, ticks, late, rng = airframe_of(load_vehicle("crazyflie-2.1")), 60, 4, np.random.default_rng(3)
+    place, speed, wind = (size * rng.normal(size=(ticks, 3, 1)) for size in (1e-3, 5e-3, 0.1))
+
+    def at(values: np.ndarray):
+        return lambda time: values[min(int(time / CONTROL_STEP + 1e-9), ticks - 1)]
+
+    path = hovering(ticks * CONTROL_STEP)
+    other = Disturbed(1, wind=at(wind), place=at(place), speed=at(speed), late=late).fly(airframe.vehicle, path, path.duration)
+    start = path.evaluate(0.0)[:, None]
+    fleet = Fleet(kinds_of((airframe,), 1), CONTROLLERS.find("geometric"), start, Differences(age=np.array([late * STEP])))
+    flat, none, mine = np.zeros((5, 4, 1)), np.zeros((3, 1)), []
+    flat[0] = start
+    for tick in range(ticks):
+        for half in range(2):
+            fleet.look(Sight(place[tick], none, np.ones(1, dtype=np.bool_), none, speed[tick]))
+            mine.append(fleet.fly(flat, half, wind[tick]) - start[:3])
+    assert np.concatenate(mine) == pytest.approx(other, abs=1e-9)
+    assert np.abs(other).max() > 1e-3
+
+
+LAG = 0.1
+"""s, of a lag between commands and rotors that no model here has."""
+
+
+@pytest.mark.parametrize(("behind", "outside"), [(False, False), (True, True)])
+def test_a_plant_with_one_more_lag_is_called_outside_the_model(behind, outside, monkeypatch):
+    """Rotors whose commands come through one more lag than the proof's model has leave what is proved, and the hunt says so."""
+    asked = CommandedLaws.thrusts
+    share = -np.expm1(-STEP / LAG)
+
+    def lagging(laws, now, memory):
+        wanted, after = asked(laws, now, memory)
+        before = getattr(laws, "reached", None)
+        before = wanted if before is None or before.shape != wanted.shape else before
+        laws.reached = before + share * (wanted - before)
+        return laws.reached, after
+
+    if behind:
+        monkeypatch.setattr(CommandedLaws, "thrusts", lagging)
+        monkeypatch.setattr(CommandedLaws, "traceable", False)
+    told = Disturbance(airframe=load_airframe("crazyflie-2.1"), wind=0.1, sag=0.002)
+    mission = small_mission("F a", regions="a: {center: [0.0, 0.0, 1.0], radii: [0.2, 0.2, 0.2]}", margin=0.05)
+    mission = mission.changed(vehicle=load_vehicle("crazyflie-2.1").changed(controller="geometric"), disturbance=told)
+    plan, team = plan_of(mission, {"r0": [Visit(region="a")]}), {"r0": hovering(1.0)}
+    found = hunt(mission, team, certify(plan, team), wind=told.wind)
+    assert found.bound is not None
+    assert (found.worst > found.bound) is outside
+    assert ("That is outside the model: the proved bound is" in found.sentence) is outside
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize(("controller", "aimed"), [("geometric", set()), ("mellinger", {"position", "attitude", "gyroscope"})])
+@pytest.mark.parametrize(
+    ("controller", "aimed"),
+    [("geometric", {"position", "velocity", "gyroscope"}), ("mellinger", {"position", "attitude", "gyroscope"})],
+)
 def test_nothing_is_found_beyond_the_proved_bound_within_the_stated_disturbances(controller, aimed):
     stock = load_autopilot("crazyflie-2")
     quick = stock.changed(ekf=stock.ekf.changed(least_turn=0.0))
@@ -88,13 +154,11 @@ def test_nothing_is_found_beyond_the_proved_bound_within_the_stated_disturbances
         airframe=load_airframe("crazyflie-2.1"), wind=0.01, position=0.0001, attitude=0.0001, latency=(0.0, 0.002), gyroscope=0.0005,
         mass=0.001, thrust=0.001, sag=0.0,
     )  # fmt: skip
-    told = told if controller == "mellinger" else told.changed(wind=0.1, attitude=0.0)
+    told = told if controller == "mellinger" else told.changed(wind=0.1, attitude=0.0, velocity=0.001)
     mission = small_mission("F a", regions="a: {center: [0.0, 0.0, 1.0], radii: [0.2, 0.2, 0.2]}", margin=0.05)
     vehicle = load_vehicle("crazyflie-2.1").changed(controller=controller, autopilot=quick)
     plan = plan_of(mission.changed(vehicle=vehicle, disturbance=told), {"r0": [Visit(region="a")]})
-    coefficients = np.zeros((1, 4, 8))
-    coefficients[0, 2, 0] = 1.0
-    team = {"r0": Trajectory([3.0], coefficients)}
+    team = {"r0": hovering(3.0)}
     certificate = certify(plan, team)
     claim = next(claim for claim in certificate.claims if claim.name == "tracking")
     assert claim.outcome == "holds"
