@@ -199,6 +199,17 @@ def test_a_controller_that_the_autopilot_does_not_run_is_refused(vehicle, contro
         laws_of(CONTROLLERS.find(controller), airframe)
 
 
+def test_the_mix_is_the_normalised_pseudo_inverse_of_the_rotors_places():
+    """Rotors as the airframe's file has them; about x and y both rows are scaled by the larger one's length, about z the mean stands."""
+    rotors = ((0.13, 0.22, 0.05), (-0.13, -0.20, 0.05), (0.13, -0.22, -0.05), (-0.13, 0.20, -0.05))
+    effect = np.array([[-y, x, turns, 1.0] for x, y, turns in rotors]).T  # of a unit of thrust: three moments and the lift
+    inverse = np.linalg.pinv(effect)
+    roll, pitch = (math.sqrt((inverse[:, k] ** 2).sum() / 2.0) for k in (0, 1))
+    mix = np.abs(inverse[:, :3] / [max(roll, pitch), max(roll, pitch), np.abs(inverse[:, 2]).max()])
+    assert np.ptp(mix[:, :2], axis=0) == pytest.approx([0.0, 0.0], abs=1e-12)
+    assert pytest.approx(mix.mean(axis=0), abs=1e-4) == GAINS.mix
+
+
 def test_rotors_that_lift_too_much_without_a_signal_are_refused():
     autopilot = load_autopilot("px4-x500").changed(px4=GAINS.changed(idle=0.9))
     with pytest.raises(BadInput, match="lift more than its weight at no signal"):

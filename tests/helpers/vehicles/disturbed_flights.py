@@ -39,6 +39,10 @@ class Disturbed:
     log: list = field(default_factory=list)  # of every step, where `watch` is set: what the proof bounds
     begun: list = field(default_factory=list)  # the same, at the beginning of each step
     watch: bool = False
+    moment: object = None  # N m about the body's axes, by time. Shape (3, n)
+    centre: np.ndarray | None = None  # m from the rotors' middle to the centre of mass, body's axes. Shape (3, n)
+    sag: object = None  # share by which thrust is more than at the start, by time. Shape (n,)
+    battery: float = 1.0  # share of the rotors' greatest speed that is left
     behind: float = 0.0  # s, of a further lag between commands and rotors, which the model has not
 
     def fly(self, vehicle, path, duration):
@@ -95,16 +99,33 @@ class Disturbed:
                 at = t + sub * STEP
                 rates = state[RATES] + (self.gyroscope(at) if self.gyroscope else 0.0)
                 if self.watch:
-                    self.begun.append(self._seen(frame, state, held, fed, force, self._reference(loop, path, t, sub * STEP)))
-                asked, held = autopilot.rotor_commands(held, self._attitude(state, at), rates, np.ones(n), STEP)
+                    self.begun.append(
+                        self._seen(frame, state, held, fed, force, self._reference(loop, path, t, sub * STEP, flat[0, 3]))
+                    )
+                ceiling = np.full(n, self.battery)
+                asked, held = autopilot.rotor_commands(held, self._attitude(state, at), rates, ceiling, STEP)
                 reached = reached + share * (asked - reached)
-                state = dynamics.step(state, reached * root, self.wind(at) if self.wind else 0.0, STEP)
+                state = self._turned(true, state, at)
+                pull = root * np.sqrt(1.0 + self.sag(at)) if self.sag else root
+                state = dynamics.step(state, reached * pull, self.wind(at) if self.wind else 0.0, STEP)
                 past = [*past[-12:], state]
                 if self.watch:
-                    reference = self._reference(loop, path, t, (sub + 1) * STEP)
+                    reference = self._reference(loop, path, t, (sub + 1) * STEP, flat[0, 3])
                     self.log.append(self._seen(frame, state, held, fed, force, reference))
                 errors[tick * SUBSTEPS + sub] = state[POSITION] - path.evaluate(at + STEP)[:3, None]
         return errors
+
+    def _turned(self, true, state, t):
+        """Return the state with what a further moment, and a centre of mass that is off, add to the rates in a step."""
+        if self.moment is None and self.centre is None:
+            return state
+        moment = np.zeros((3, self.n)) if self.moment is None else self.moment(t)
+        if self.centre is not None:  # the thrust acts beside it
+            thrust = true.thrust_coefficient * (state[13:] ** 2).sum(0)
+            moment = moment + thrust * np.stack([-self.centre[1], self.centre[0], 0.0 * thrust])
+        after = state.copy()
+        after[RATES] += STEP * moment / np.array(true.vehicle.inertia)[:, None]
+        return after
 
     def _attitude(self, state, t):
         """Return the attitude that is known on board."""
@@ -113,8 +134,8 @@ class Disturbed:
         return unit(state[ATTITUDE] + quaternion_rate(state[ATTITUDE], self.attitude(t)))
 
     @staticmethod
-    def _reference(loop, path, t, since):
-        """Return the plan's force some time after a command, what its derivatives make of the command's, the moment that it needs, and its attitude."""
+    def _reference(loop, path, t, since, heading):
+        """Return the plan's force some time after a command, what its derivatives make of the command's, the moment that it needs, and its attitude at a heading."""
 
         def force_at(time, order):
             value = path.evaluate(time, order + 2)[:3, None] + loop._damping * path.evaluate(time, order + 1)[:3, None]
@@ -122,8 +143,8 @@ class Disturbed:
 
         now = [force_at(t, order) for order in range(3)]
         here = [force_at(t + since, order) for order in range(2)]
-        zero = np.zeros(1)
-        ahead = feed_forward(*now, zero, zero, zero)
+        zero = np.zeros_like(heading)
+        ahead = feed_forward(*(np.tile(part, (1, len(heading))) for part in now), heading, zero, zero)
         x, y = ahead.turn[:2, 0], ahead.turn[:2, 1]
         moment = norm(now[0]) * (ahead.rates_change[1] * x - ahead.rates_change[0] * y)
         held = [now[0] + since * now[1] + 0.5 * since**2 * now[2], now[1] + since * now[2]]

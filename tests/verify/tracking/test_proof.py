@@ -295,16 +295,16 @@ def test_more_of_a_disturbance_is_never_a_smaller_bound(name):
 ALONE = {
     "wind": {"wind": 0.1}, "position": {"position": 2e-4}, "velocity": {"velocity": 2e-3}, "attitude": {"attitude": 1e-3}, "gyroscope": {"gyroscope": 0.01},
     "latency": {"latency": (0.0, 0.004)}, "mass": {"mass": 0.004}, "thrust": {"thrust": 0.006}, "drag": {"drag": 0.3}, "inertia": {"inertia": 0.08},
-    "start": {"start": 1e-3},
+    "start": {"start": 1e-3}, "sag": {"sag": 0.006}, "moment": {"moment": 5e-7}, "centre": {"centre": 1e-6}, "battery": {"battery": 0.97},
 }  # fmt: skip
 TOGETHER = {
-    key: value if key == "latency" else 0.2 * value for changes in ALONE.values() for key, value in changes.items()
-} | {"latency": (0.0, 0.002)}  # fmt: skip
+    key: 0.2 * value for changes in ALONE.values() for key, value in changes.items() if key not in ("latency", "battery")
+} | {"latency": (0.0, 0.002), "battery": 0.99}  # fmt: skip
 
 
 @few_of(2, "changes", [TOGETHER, *ALONE.values()], ids=["all together", *ALONE])
 def test_each_disturbance_alone_and_all_together_stay_within_the_bound(changes):
-    path, told, n = line(0.3, 2.0), Disturbance(airframe=AIRFRAME, sag=0.0, **changes), 24
+    path, told, n = line(0.3, 2.0), Disturbance(airframe=AIRFRAME, **{"sag": 0.0, **changes}), 24
     rng = np.random.default_rng(len(changes) + len(next(iter(changes))))
 
     def jumping(name):
@@ -314,11 +314,14 @@ def test_each_disturbance_alone_and_all_together_stay_within_the_bound(changes):
         table = size * ways / np.linalg.norm(ways, axis=1, keepdims=True)
         return (lambda t: table[round(t / 0.002) // hold]) if size else None
 
+    weaker = told.sag * rng.choice([-1.0, 1.0], n) * rng.choice([0.0, 1.0], (12, n))  # up and down from the start's thrust
+    centre = rng.normal(size=(3, n))
     away, ages = rng.normal(size=(3, n)), rng.integers(0, round(told.latency[1] / 0.002) + 1, 110)
     flights = Disturbed(
         n, wind=jumping("wind"), place=jumping("position"), speed=jumping("velocity"), attitude=jumping("attitude"), gyroscope=jumping("gyroscope"),
         late=lambda tick: int(ages[tick]), mass=1 + told.mass * rng.choice([-1, 1], n), thrust=1 + told.thrust * rng.choice([-1, 1], n),
-        drag=1.0 + told.drag, inertia=tuple(1.0 + told.inertia * rng.choice([-1, 1], 3)), offset=told.start * away / np.linalg.norm(away, axis=0),
+        moment=jumping("moment"), sag=lambda t: weaker[round(t / 0.002) // 100], centre=told.centre * centre / np.linalg.norm(centre, axis=0),
+        battery=told.battery, drag=1.0 + told.drag, inertia=tuple(1.0 + told.inertia * rng.choice([-1, 1], 3)), offset=told.start * away / np.linalg.norm(away, axis=0),
     )  # fmt: skip
     off = np.linalg.norm(flights.fly(VEHICLE, path, path.duration), axis=1)
     assert off.max() > 1e-5, "it disturbs"

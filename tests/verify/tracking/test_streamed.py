@@ -85,14 +85,14 @@ def test_every_state_stays_within_its_bound_on_streamed_set_points(name):
     flights = Disturbed(16, given=stream(SENT[name], 16, np.random.default_rng(8)), watch=True)
     flights.fly(VEHICLE, path, path.duration)
     proved = {"p": bounds.lateral["p"], "p_up": bounds.vertical["p"], "d": bounds.lateral["d"], "e": bounds.lateral["e"]}
-    proved |= {"mu": bounds.lateral["mu"], "b": bounds.vertical["b"], "o": bounds.heading["o"]}
+    proved |= {"mu": bounds.lateral["mu"], "b": bounds.vertical["b"], "o": bounds.heading["o"], "f": bounds.heading["f"]}
     for state, bound in proved.items():
         flown = np.array([step[state] for step in flights.log]).max(1).reshape(len(bound), SUBSTEPS).max(1)
         assert np.all(flown <= bound + 1e-9), (state, float((flown / bound).max()))
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["rounded", "jerk and snap", "no snap", "no jerk"])
+@pytest.mark.parametrize("name", ["rounded", "jerk and snap", "no snap", "no jerk", "heading"])
 def test_each_step_leaves_no_more_than_its_inputs_allow_on_streamed_set_points(name):
     path = line(0.3, 2.4)
     flights = Disturbed(12, given=stream(SENT[name], 12, np.random.default_rng(9)))
