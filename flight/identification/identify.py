@@ -27,6 +27,8 @@ _HOVER, _LINE, _SLOW, _FAST = 4.0, 4.0, 0.15, 0.4
 """s of hover and of a line, and the speeds below and above which they count, m/s."""
 _SURE = {"thrust": 0.05, "drag": 0.6, "latency": 0.01}
 """Half an interval that still tells something: share, share of the drag that is found, s."""
+_SHARE, _LATE = (0.5, 1.5), 0.2
+"""Ends of a thrust over the commanded one, and of a latency in s, that a profile may have."""
 _MOST = 0.6
 """m/s^2 of residual from which a flight is not one of the model."""
 
@@ -152,6 +154,11 @@ def identify(recorded: Recorded, vehicle: Vehicle, *, mass: float | None = None)
         raise BadInput(
             f"the log cannot tell the thrust: within {share:.0f} % only. Hover longer, and give the mass from scales."
         )
+    if not (_SHARE[0] <= thrust.least and thrust.most <= _SHARE[1]):
+        raise BadInput(
+            f"the thrust comes out as {thrust.value:.3g} of what is commanded; {_SHARE[0]:g} to {_SHARE[1]:g} may be. Is `thrust` in N of all rotors, and is "
+            f"the vehicle a '{vehicle.name}'?"
+        )
     late = None if recorded.estimated is None else _latency(recorded.estimated - recorded.position, velocity, bumps)
     x, y, z = left.tolist()
     return Identified(vehicle, scales, thrust, drag.times(scales), late, (x, y, z), recorded.lasts)
@@ -197,6 +204,10 @@ def _latency(off: Floats, velocity: Floats, bumps: Bumps) -> Found:
     if half > _SURE["latency"]:
         raise BadInput(
             f"the log cannot tell the latency: {1000 * found.value:.0f} ms with {1000 * half:.0f} to either side. Fly the line faster."
+        )
+    if not 0.0 <= found.value + half <= _LATE:
+        raise BadInput(
+            f"the latency comes out as {1000 * found.value:.0f} ms; 0 to {1000 * _LATE:g} may be. Are ex, ey and ez where the vehicle takes itself to be at `t`?"
         )
     return Found(found.value, found.value - half, found.value + half)
 

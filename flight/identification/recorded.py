@@ -110,6 +110,8 @@ def _rows_of(table: Table, source: str, robot: str | None) -> list[int]:
     if not table.rows:
         raise BadInput(f"{source} has no rows.")
     if "robot" not in table.header:
+        if robot is not None:
+            raise BadInput(f"{source} has no column `robot`: it is one robot's, and --robot names none of it.")
         return list(range(len(table.rows)))
     own: int = table.column("robot")
     robots = tuple(dict.fromkeys(row[own] for row in table.rows))

@@ -103,6 +103,18 @@ def test_a_line_one_way_a_wrong_unit_and_a_wrong_mass_are_refused():
         identify(even(rough), STOCK)
 
 
+def test_numbers_that_no_vehicle_has_are_refused_with_what_may_be_wrong():
+    columns = columns_of(twenty()[3])
+    with pytest.raises(BadInput, match=r"thrust comes out as .* 0.5 to 1.5 may be. Is `thrust` in N of all rotors"):
+        identify(even({**columns, "thrust": columns["thrust"] / 9.81 * 1000.0}), STOCK)
+    with pytest.raises(BadInput, match="is the vehicle a 'px4-x500'"):
+        identify(even(columns), load_vehicle("px4-x500"))
+    ahead = {**columns, "ex": 2.0 * columns["x"] - columns["ex"] + 0.1 * np.gradient(columns["x"], columns["t"])}
+    ahead |= {name: 2.0 * columns[name[1]] - columns[name] for name in ("ey", "ez")}
+    with pytest.raises(BadInput, match=r"latency comes out as -\d+ ms; 0 to 200 may be"):
+        identify(even(ahead), STOCK)
+
+
 def test_without_estimates_nothing_is_said_of_latency():
     columns = {name: values for name, values in columns_of(twenty()[1]).items() if not name.startswith("e")}
     found = identify(even(columns), STOCK)
@@ -199,6 +211,11 @@ def test_of_several_robots_one_is_named(tmp_path: Path):
     with pytest.raises(BadInput, match="no rows of 'c'"):
         read_recorded(path, "c")
     assert isinstance(read_recorded(path, "b"), Recorded)
+    path.write_text(
+        csv_of({name: np.linspace(0.0, 0.02, 3) for name in ("t", "x", "y", "z", "roll", "pitch", "yaw", "thrust")})
+    )
+    with pytest.raises(BadInput, match="has no column `robot`"):
+        read_recorded(path, "b")
 
 
 @pytest.mark.parametrize(("text", "said"), [
