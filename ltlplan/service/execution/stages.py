@@ -161,7 +161,13 @@ def _round(first: Candidate, progress: Progress, budget: Budget) -> Outcome:
     if fits_margin(first.plan.mission):
         made = refitted(made, first.plan.mission, partial(plan, known=Known(budget=budget)), say, budget)
     if not isinstance(made, LtlplanError):
-        return Outcome(to_bytes(made), _round_data(made.certificate, certified=True), FLIGHT)
+        found = _round_data(made.certificate, certified=True)
+        if made.plan.mission.margin != first.plan.mission.margin:
+            margin = f"{1000 * made.plan.mission.margin:g} mm"
+            found["fitted"] = (
+                f"Planned again with the margin that the proof of tracking allows, {margin}: cost {made.plan.cost_text}."
+            )
+        return Outcome(to_bytes(made), found, FLIGHT)
     if not isinstance(tried, Flight):
         raise made
     seen = watch_json(tried.plan, tried.team, tried.certificate)

@@ -318,7 +318,7 @@ def _round(found: Found) -> None:
             f"All {len(claims)} claims are proved at a margin of {1000 * found['margin']:g} mm{more}{tube}.",
             "verdict holds",
         )
-        for sentence in (*found.get("tracking_proved", ()), *found.get("soft", ())):
+        for sentence in (*filter(None, [found.get("fitted")]), *found.get("tracking_proved", ()), *found.get("soft", ())):
             Words("p", sentence, "soft")
         return
     refused = [claim for claim in claims if claim["outcome"] != "holds"]

@@ -189,6 +189,7 @@ def test_a_margin_that_fits_its_proof_is_the_commands() -> None:
     assert round_1.following == "flight"
     assert round_1.found["margin"] == result.certificate.margin < 0.05
     assert round_1.found["tube"] == "proved"
+    assert round_1.found["fitted"].endswith(f"{1000 * result.certificate.margin:g} mm: cost {result.plan.cost_text}.")
     (sentence,) = round_1.found["tracking_proved"]
     assert sentence in [claim.sentence for claim in result.certificate.claims]
 
