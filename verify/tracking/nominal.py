@@ -32,35 +32,32 @@ def known_response(maps: TickMaps, kind: str, known: Mapping[str, Floats], furth
     loop = maps.loop
     stepped, commanded = KNOWN_STEPPED[kind], KNOWN_COMMANDED[kind]
     enter = _entered(maps, stepped, commanded)
-    rows = Matrix.exact(np.array([*loop.outputs.values()]))
-    read = [rows @ one for one in enter]
-    reading = np.concatenate([one.mid for one in read])
+    rows = np.array([*loop.outputs.values()])
     values = np.stack([known[name] for name in (*stepped, *commanded)], axis=1)  # (ticks, inputs, axes)
-    ticks, _, axes = values.shape
-    states, outputs = np.zeros((len(loop.states), axes)), np.empty((ticks, len(loop.outputs) + 2, axes))
-    names = (*loop.outputs, *loop.before)
-    combined = {name: (names.index(of), factor, added) for name, (of, factor, added) in further.items()}
-    beside = {name: np.empty((ticks, axes)) for name in further}
-    last, shape, largest = enter[-1], (SUBSTEPS + 1, len(loop.outputs), axes), np.zeros(axes)
-    begun, held = np.zeros(axes), loop.states.index("p")
-    entered = (last.rad + gamma(len(values[0]) + 2) * np.abs(last.mid)).T / maps.weights
-    jump = loop.jump.mid[[held]]
-    direct = enter[0].mid[[held]]
-    for tick in range(ticks):
-        drawn = values[tick]
-        outputs[tick, -2] = states[loop.states.index("xi_seen")] + drawn[len(stepped)]
-        outputs[tick, -1] = (jump @ states + direct @ drawn)[0] - states[held]
-        moved = (maps.read.mid @ states + reading @ drawn).reshape(shape)
-        outputs[tick, :-2] = np.abs(moved).max(0)
-        for name, (row, factor, added) in combined.items():
-            beside[name][tick] = np.abs(factor * moved[:, row] + added[tick]).max(0)
-        states = maps.tick.mid @ states + last.mid @ drawn
-        largest = np.maximum(largest, maps.norm(states))
-        begun = np.maximum(begun, np.max(np.abs(drawn.T) @ entered, axis=1) * 2.0)
+    (ticks, inputs, axes), names = values.shape, (*loop.outputs, *loop.before)
+    drawn = values.transpose(1, 0, 2).reshape(inputs, -1)
+    last = enter[-1]
+    states = np.zeros((ticks + 1, len(loop.states), axes))
+    for tick, entering in enumerate(last.mid @ values):
+        states[tick + 1] = maps.tick.mid @ states[tick] + entering
+    largest = np.max(maps.norm(states[1:].transpose(1, 0, 2).reshape(len(loop.states), -1)).reshape(ticks, axes), axis=0)
+    entered = (last.rad + gamma(inputs + 2) * np.abs(last.mid)).T / maps.weights
+    begun = np.max(np.abs(values).transpose(0, 2, 1) @ entered, axis=(0, 2)) * 2.0
+    before, held = states[:-1].transpose(1, 0, 2).reshape(len(loop.states), -1), loop.states.index("p")
+    outputs = np.zeros((len(names), ticks * axes))
+    outputs[-2] = before[loop.states.index("xi_seen")] + drawn[len(stepped)]
+    outputs[-1] = loop.jump.mid[held] @ before + enter[0].mid[held] @ drawn - before[held]
+    beside = {name: np.zeros((ticks, axes)) for name in further}
+    for read, one in zip(maps.read.mid.reshape(SUBSTEPS + 1, len(rows), -1), enter, strict=True):
+        moved = read @ before + (Matrix.exact(rows) @ one).mid @ drawn
+        outputs[:-2] = np.maximum(outputs[:-2], np.abs(moved))
+        for name, (of, factor, added) in further.items():
+            at = moved[names.index(of)].reshape(ticks, axes)
+            beside[name] = np.maximum(beside[name], np.abs(factor * at + added))
     error = maps.error(largest, begun).max(1)[:, None] + gamma(64) * float(np.abs(values).max()) * 1e3
-    rows_of = {name: (outputs[:, row], error[row]) for row, name in enumerate(names)}
-    for name, (row, factor, added) in combined.items():
-        rows_of[name] = beside[name], factor * error[row] + gamma(4) * float(np.abs(added).max())
+    rows_of = {name: (outputs[row].reshape(ticks, axes), error[row]) for row, name in enumerate(names)}
+    for name, (of, factor, added) in further.items():
+        rows_of[name] = beside[name], factor * error[names.index(of)] + gamma(4) * float(np.abs(added).max())
     return {
         name: (np.linalg.norm(sizes, axis=1) + off * np.sqrt(axes)) * (1.0 + 1e-12) for name, (sizes, off) in rows_of.items()
     }
