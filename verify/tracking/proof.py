@@ -9,10 +9,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from verify.arithmetic.balls import Floats
+from verify.data.airframe import AirframeTable
 from verify.data.disturbance import Disturbance
 from verify.data.trajectory import Trajectory
 from verify.data.vehicle import Vehicle
@@ -23,7 +25,7 @@ from verify.tracking.loops import LoopChoice, heading_loop, lag_share, lateral_l
 from verify.tracking.nominal import Combined, known_response
 from verify.tracking.plan_samples import fixed_heading, sample_plan
 from verify.tracking.remainders import inputs_of
-from verify.tracking.sampled_loop import TICK, Kernels, TickMaps, kernels_of
+from verify.tracking.sampled_loop import REMEMBERED, TICK, Kernels, TickMaps, kernels_of
 from verify.tracking.tilts import lateral_moments
 
 _H = 0.002
@@ -136,19 +138,38 @@ def _prove_cell(model: ErrorModel, cell: Cell) -> TrackingBound:
     return loops.bound(bounds, inputs)
 
 
+@lru_cache(maxsize=32)
+def loops_of(
+    vehicle: Vehicle, airframe: AirframeTable, choice: LoopChoice, ticks: int
+) -> tuple[dict[str, TickMaps], dict[str, Kernels]]:
+    """Return maps and kernels of the three loops, which are the same for all robots of a team.
+
+    Args:
+        vehicle: What flies.
+        airframe: Its lag, drag and gains.
+        choice: What the loops are linear for.
+        ticks: Commands of the flight; all numbers above `REMEMBERED` give the same.
+
+    Raises:
+        NotProved: They are not shown to settle.
+    """
+    made = {"lateral": lateral_loop, "vertical": vertical_loop, "heading": heading_loop}
+    loops = {name: make(vehicle, airframe, choice) for name, make in made.items()}
+    try:
+        return {name: TickMaps(loop) for name, loop in loops.items()}, {
+            name: kernels_of(loop, ticks) for name, loop in loops.items()
+        }
+    except ArithmeticError:
+        raise NotProved("the controller's gains are not shown to stabilise the vehicle") from None
+
+
 class _Loops:
     """The three loops of a cell, with their kernels and what is known of their inputs."""
 
     def __init__(self, model: ErrorModel, cell: Cell) -> None:
         self._model, self._cell, ticks = model, cell, len(model.plan)
-        vehicle, air = model.vehicle, model.airframe
-        made = {"lateral": lateral_loop, "vertical": vertical_loop, "heading": heading_loop}
-        loops = {name: make(vehicle, air, cell.choice) for name, make in made.items()}
-        try:
-            self._kernels: dict[str, Kernels] = {name: kernels_of(loop, ticks) for name, loop in loops.items()}
-            maps = {name: TickMaps(loops[name]) for name in ("lateral", "vertical")}
-        except ArithmeticError:
-            raise NotProved("the controller's gains are not shown to stabilise the vehicle") from None
+        known_as = model.vehicle, model.airframe, cell.choice, min(ticks, REMEMBERED + 1)
+        maps, self._kernels = loops_of(*known_as)  # pyright: ignore[reportArgumentType]  # frozen models are hashable
         self._force, self._jerk, self._snap = model.force()
         share = cell.choice.thrust
         self._alone = exact, between, _ = feeds_alone(model, share)
@@ -163,7 +184,7 @@ class _Loops:
         moved = known_response(maps["vertical"], "vertical", constant, self._further(constant, moments, 0.0))
         for output, known in moved.items():  # a thrust that is off, but constant
             self._known["vertical"][output] = self._known["vertical"][output] + off * known
-        self._known["heading"] = {name: np.zeros(ticks) for name in loops["heading"].outputs}
+        self._known["heading"] = {name: np.zeros(ticks) for name in self._kernels["heading"].outputs}
         self._turned = np.linalg.norm(forcing["lateral"]["eacc"], axis=1)
         self._sloped = np.maximum(np.abs(exact.rate.value.low), np.abs(exact.rate.value.high))
 
@@ -230,16 +251,16 @@ class _Loops:
                 raise NotProved(
                     f"the bounds do not close; they grow, as tilts, thrusts and lags act on each other, until {reason}"
                 ) from None
-            after = self._closed(inputs)
-            if _within(after, bounds):
+            after = self._closed(inputs, near=True)
+            if _within(after, bounds) and _within(after := self._closed(inputs), bounds):
                 return after, inputs
             bounds = _widened(after, bounds)
             if not float(bounds.lateral["xi"].max()) < _LARGEST:
                 break
         raise NotProved("the bounds do not close: what the error's nonlinear parts allow grows as fast as the bounds do")
 
-    def _response(self, kind: str, inputs: Inputs) -> dict[str, Floats]:
-        """Return what a loop's outputs can be under inputs."""
+    def _response(self, kind: str, inputs: Inputs, *, near: bool) -> dict[str, Floats]:
+        """Return what a loop's outputs can be under inputs, or nearly so."""
         kernels, ticks = self._kernels[kind], len(self._model.plan)
         driven: dict[str, Floats] = {}
         for (loop, name, _), bound in inputs.items():
@@ -252,20 +273,15 @@ class _Loops:
             "tilted": ("pushed", 1.0),
         }
         base |= {"moved": ("mu", 1.0), "steering": ("steered", 1.0), "leading": ("led", 1.0)}
-        made: dict[str, Floats] = {}
+        made = (kernels.near_response if near else kernels.response)(driven, ticks)
         for output, known in self._known[kind].items():
             of, factor = base.get(output, (output, 1.0))
-            if of not in made:
-                made[of] = np.zeros(ticks)
-                for name, bound in driven.items():
-                    made[of] += np.convolve(kernels.sums[of, name], bound)[:ticks]
-                    made[of] += kernels.tails[of, name] * float(bound.max())
             found[output] = (known + factor * made[of]) * (1.0 + 1e-9)
         return found
 
-    def _closed(self, inputs: Inputs) -> Bounds:
-        """Return bounds of all states between steps too, from inputs."""
-        flat, up, turn = (self._response(kind, inputs) for kind in ("lateral", "vertical", "heading"))
+    def _closed(self, inputs: Inputs, *, near: bool = False) -> Bounds:
+        """Return bounds of all states between steps too, from inputs; or what is nearly those, and proves nothing."""
+        flat, up, turn = (self._response(kind, inputs, near=near) for kind in ("lateral", "vertical", "heading"))
         model, choice, plan = self._model, self._cell.choice, self._model.plan
 
         def total(kind: str, name: str) -> Floats:
@@ -303,7 +319,7 @@ class _Loops:
             parts["set-points and thrust that are known"] = parts.get("set-points and thrust that are known", 0.0) + known
             for (loop, name, cause), bound in inputs.items():
                 if loop == kind:
-                    moved = np.convolve(self._kernels[kind].sums["xi", name], bound)[tick]
+                    moved = self._kernels[kind].moved("xi", name, bound)[tick]
                     parts[cause] = parts.get(cause, 0.0) + float(share * moved)
         parts["set-points"] = parts.get("set-points", 0.0) + float(late[tick])
         return TrackingBound(float(course[tick]), float(self._model.plan.times[tick]), course, parts)

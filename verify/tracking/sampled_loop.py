@@ -7,11 +7,15 @@ inputs within 1 can move the output: no input moves it by more, and the signs of
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
+from itertools import product
 
 import numpy as np
 from flint import arb, arb_mat, fmpq
+from numpy.typing import NDArray
 
 from verify.arithmetic.balls import Floats, gamma
 
@@ -23,6 +27,8 @@ TICK = 0.02
 """s between two commands."""
 REMEMBERED = 500
 """Commands for which kernels are summed one by one; what is later is bounded by a geometric series."""
+_AT_ONCE = 8
+"""Commands whose kernels are read off at once, as many as fit a processor's cache."""
 
 GROW = 1.0 + 2.0**-40
 _TINY = 1e-290
@@ -116,16 +122,76 @@ class Kernels:
     """The l1 kernels of a loop.
 
     Attributes:
-        sums: (output, input): by commands between them. Shape (ticks,).
-        tails: (output, input): all later ones together.
+        outputs: Their names.
+        inputs: Their names.
+        sums: By commands between them. Shape (outputs, inputs, ticks).
+        tails: All later ones together. Shape (outputs, inputs).
     """
 
-    sums: Mapping[tuple[str, str], Floats]
-    tails: Mapping[tuple[str, str], float]
+    outputs: tuple[str, ...]
+    inputs: tuple[str, ...]
+    sums: Floats
+    tails: Floats
 
     def gain(self, output: str, source: str) -> float:
         """Return the l1 gain from an input to an output."""
-        return float(self.sums[output, source].sum() * (1.0 + 1e-9) + self.tails[output, source])
+        row, column = self.outputs.index(output), self.inputs.index(source)
+        return float(self.sums[row, column].sum() * (1.0 + 1e-9) + self.tails[row, column])
+
+    def moved(self, output: str, source: str, bound: Floats) -> Floats:
+        """Bound what an input moves an output by, but for the tail. Shape (ticks,).
+
+        Args:
+            output: Its name.
+            source: The input's.
+            bound: Of the input at each command. Shape (ticks,).
+        """
+        kernel = self.sums[self.outputs.index(output), self.inputs.index(source)]
+        last = int(np.max(np.flatnonzero(bound), initial=0))  # many inputs act in the first command alone
+        found = np.concatenate([np.convolve(kernel, bound[: last + 1]), np.zeros(len(bound))])
+        return found[: len(bound)]
+
+    def response(self, driven: Mapping[str, Floats], ticks: int) -> dict[str, Floats]:
+        """Bound all outputs under inputs within bounds at each command; the rounding of sums is not counted.
+
+        Args:
+            driven: By input. Shape (ticks,) each.
+            ticks: Commands of the flight.
+        """
+        found = {output: np.zeros(ticks) for output in self.outputs}
+        for (row, output), (name, bound) in product(enumerate(self.outputs), driven.items()):
+            last = self.tails[row, self.inputs.index(name)] * float(bound.max())
+            found[output] += self.moved(output, name, bound) + last
+        return found
+
+    def near_response(self, driven: Mapping[str, Floats], ticks: int) -> dict[str, Floats]:
+        """Return nearly the same by Fourier transforms, block by block; nothing is known of their rounding.
+
+        Args:
+            driven: By input. Shape (ticks,) each.
+            ticks: Commands of the flight.
+        """
+        spectra, lags, inputs = _spectra(self), self.sums.shape[-1], len(self.inputs)
+        size = 2 * (len(spectra) - 1)
+        block = size - lags + 1
+        bounds = np.zeros((inputs, -(-ticks // block) * block))
+        for name, bound in driven.items():
+            bounds[self.inputs.index(name), :ticks] = bound
+        with np.errstate(invalid="ignore", over="ignore"):  # where bounds are not finite, nor is what comes of them
+            parts = np.fft.rfft(bounds.reshape(inputs, -1, block), size).transpose(2, 0, 1)
+            pieces = np.fft.irfft((spectra @ parts).transpose(1, 2, 0), size)
+            later = self.tails @ bounds.max(axis=1)
+        found = np.zeros((len(self.outputs), bounds.shape[1] + size))
+        for start, piece in zip(range(0, ticks, block), pieces.swapaxes(0, 1), strict=True):
+            found[:, start : start + size] += piece
+        return dict(zip(self.outputs, found[:, :ticks] + later[:, None], strict=True))
+
+
+@lru_cache(maxsize=6)
+def _spectra(kernels: Kernels) -> NDArray[np.complex128]:
+    """Return kernels' Fourier transforms. Shape (frequencies, outputs, inputs)."""
+    size = 2 ** math.ceil(math.log2(2 * kernels.sums.shape[-1]))
+    return np.ascontiguousarray(np.fft.rfft(kernels.sums, size).transpose(2, 0, 1))
 
 
 class TickMaps:
@@ -190,30 +256,28 @@ def kernels_of(loop: SampledLoop, ticks: int, remembered: int = REMEMBERED) -> K
         ArithmeticError: The loop is not shown to settle.
     """
     maps, kept = TickMaps(loop), min(ticks, remembered)
-    outputs, names = [*loop.outputs, *loop.before], [*loop.stepped, *loop.commanded]
     first, entered = _first(loop)
-    after, begun = entered.mid, np.max(entered.rad / maps.weights[:, None], axis=0)
-    values = np.empty((kept, len(outputs), len(names)))
-    values[0] = first
-    largest = maps.norm(after)
+    begun = np.max(entered.rad / maps.weights[:, None], axis=0)
+    states = np.empty((kept, *entered.mid.shape))
+    states[0] = entered.mid
     for lag in range(1, kept):
-        values[lag], after = _one_lag(maps, after)
-        largest = np.maximum(largest, maps.norm(after))
-    off = _summed(maps.error(largest, begun), loop)
+        states[lag] = maps.tick.mid @ states[lag - 1]
+    largest = maps.norm(np.max(np.abs(states), axis=0))
+    values = np.concatenate([first[None], *(_lags(maps, states[lag : lag + _AT_ONCE]) for lag in range(0, kept - 1, _AT_ONCE))])
+    off = _summed(maps.error(largest, begun).T, loop)
     later = np.zeros(off.shape)
     if kept < ticks:
-        block = np.zeros(after.shape[1])
+        block, after = np.zeros(len(begun)), states[-1]
         for _ in range(maps.commands):
             block = block + maps.norm(after) + maps.drift(largest, begun)
             after = maps.tick.mid @ after
-        later = _summed(maps.reach[:, None] * block, loop) / (1.0 - maps.share) * (1.0 + 1e-9)
-    sums = (values + off) * (1.0 + 1e-12)
-    pairs = [(i, output, j, name) for i, output in enumerate(outputs) for j, name in enumerate(names)]
-    return Kernels({(o, n): sums[:, i, j] for i, o, j, n in pairs}, {(o, n): float(later[i, j]) for i, o, j, n in pairs})
+        later = _summed((maps.reach[:, None] * block).T, loop) / (1.0 - maps.share) * (1.0 + 1e-9)
+    sums = np.ascontiguousarray(((values[:kept] + off) * (1.0 + 1e-12)).transpose(2, 1, 0))
+    return Kernels((*loop.outputs, *loop.before), (*loop.stepped, *loop.commanded), sums, later.T)
 
 
 def _first(loop: SampledLoop) -> tuple[Floats, Matrix]:
-    """Return the kernels within the command at which inputs begin, and the states at its end, of each input."""
+    """Return the kernels within the command at which inputs begin, shape (inputs, outputs), and the states at its end, of each input."""
     stepped, commanded = [*loop.stepped.values()], [*loop.commanded.values()]
     starts = len(stepped) * SUBSTEPS
     shape = len(loop.states), starts + len(commanded)
@@ -222,33 +286,33 @@ def _first(loop: SampledLoop) -> tuple[Floats, Matrix]:
         state.mid[:, column], state.rad[:, column] = what.mid[:, 0], what.rad[:, 0]
     state = loop.record(state) if loop.seen == 0 else state
     rows = Matrix.exact(np.array([*loop.outputs.values()]))
-    peaks = _summed((rows @ state).size, loop)
+    peaks = _summed((rows @ state).size.T, loop)
     for step in range(SUBSTEPS):
         state = loop.step @ state
         for column, what in zip(range(step, starts, SUBSTEPS), stepped, strict=True):
             state.mid[:, column], state.rad[:, column] = what.mid[:, 0], what.rad[:, 0]
         if step + 1 == loop.seen:
             state = loop.record(state)
-        peaks = np.maximum(peaks, _summed((rows @ state).size, loop))
+        peaks = np.maximum(peaks, _summed((rows @ state).size.T, loop))
     direct = [
-        [0.0] * len(stepped) + [abs(loop.direct.get((output, name), 0.0)) for name in loop.commanded] for output in loop.before
+        [abs(loop.direct.get((output, name), 0.0)) for output in loop.before] for name in (*loop.stepped, *loop.commanded)
     ]
-    return np.concatenate([peaks, np.array(direct).reshape(-1, peaks.shape[1])]), state
+    return np.concatenate([peaks, np.array(direct).reshape(len(peaks), -1)], axis=1), state
 
 
-def _one_lag(maps: TickMaps, states: Floats) -> tuple[Floats, Floats]:
-    """Return the kernels of a lag from the states before its command, and the states after it."""
-    size = np.abs(maps.read.mid @ states)
-    moved = _summed(size, maps.loop).reshape(SUBSTEPS + 1, len(maps.loop.outputs), -1).max(0)
-    read = _summed(np.abs(maps.before.mid @ states), maps.loop)
-    return np.concatenate([moved, read]), maps.tick.mid @ states
+def _lags(maps: TickMaps, states: Floats) -> Floats:
+    """Return the kernels of lags from the states before their commands. Shape (lags, inputs, outputs)."""
+    before = states.swapaxes(1, 2)
+    moved = _summed(np.abs(before @ maps.read.mid.T), maps.loop)
+    moved = np.max(moved.reshape(len(states), -1, SUBSTEPS + 1, len(maps.loop.outputs)), axis=2)
+    return np.concatenate([moved, _summed(np.abs(before @ maps.before.mid.T), maps.loop)], axis=2)
 
 
 def _summed(size: Floats, loop: SampledLoop) -> Floats:
-    """Return sums of magnitudes over the steps in which an input can begin. Shape (rows, columns) to (rows, inputs)."""
+    """Return sums of magnitudes over the steps in which an input can begin. Shape (..., columns, rows) to (..., inputs, rows)."""
     starts = len(loop.stepped) * SUBSTEPS
-    steps = size[:, :starts].reshape(len(size), len(loop.stepped), SUBSTEPS).sum(-1)
-    return np.concatenate([steps, size[:, starts:]], axis=1) * GROW
+    steps = size[..., :starts, :].reshape(*size.shape[:-2], len(loop.stepped), SUBSTEPS, size.shape[-1]).sum(-2)
+    return np.concatenate([steps, size[..., starts:, :]], axis=-2) * GROW
 
 
 def _composed(loop: SampledLoop) -> list[Matrix]:

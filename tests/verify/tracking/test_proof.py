@@ -360,6 +360,14 @@ def test_disturbances_that_are_too_much_are_not_proved():
             bound_of(hover(2.0), told)
 
 
+def test_what_is_nearly_known_proves_nothing(monkeypatch):
+    bound = bound_of(hover(2.0)).bound
+    monkeypatch.setattr(
+        sampled_loop.Kernels, "near_response", lambda self, _, ticks: {name: np.zeros(ticks) for name in self.outputs}
+    )
+    assert bound_of(hover(2.0)).bound == pytest.approx(bound, rel=0.03)
+
+
 def test_gains_that_do_not_stabilise_are_not_proved():
     gains = AIRFRAME.gains.changed(position=(2000.0, 2000.0))
     with pytest.raises(NotProved, match="stabilise"):

@@ -1,5 +1,7 @@
 """Kernels of sampled loops: closed forms, worst signals that reach them, tails."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 from flint import arb, arb_mat
@@ -48,8 +50,27 @@ def test_a_loop_that_does_not_settle_has_no_tail():
 def test_tails_of_the_vehicles_loops_cover_what_is_summed(make, late):
     loop = make(VEHICLE, AIRFRAME, LoopChoice(1.02, 1.01, late, 0.9))
     whole, cut = kernels_of(loop, 900, 900), kernels_of(loop, 900, 200)
-    for pair in whole.sums:
+    for pair in product(whole.outputs, whole.inputs):
         assert cut.gain(*pair) >= whole.gain(*pair) * (1 - 1e-9), pair
+
+
+@pytest.mark.parametrize("ticks", [1, 30, 700, 1600])
+def test_a_response_is_the_sum_of_kernels_times_bounds(ticks):
+    kernels = kernels_of(vertical_loop(VEHICLE, AIRFRAME, LoopChoice(1.0, 1.0, 2, 1.0)), ticks, 300)
+    rng, once = np.random.default_rng(ticks), np.arange(ticks) == 0
+    driven = {"acc": rng.uniform(0.0, 1.0, ticks), "place": rng.uniform(0.0, 1.0, ticks), "begin": 1.0 * once, "u": 0.0 * once}
+    found, near = kernels.response(driven, ticks), kernels.near_response(driven, ticks)
+    kept = kernels.sums.shape[-1]
+    for row, output in enumerate(kernels.outputs):
+        sums = np.zeros(ticks)
+        for name, bound in driven.items():
+            column = kernels.inputs.index(name)
+            for tick in range(ticks):
+                lags = np.arange(min(tick + 1, kept))
+                sums[tick] += kernels.sums[row, column, lags] @ bound[tick - lags] + kernels.tails[row, column] * bound.max()
+        np.testing.assert_allclose(found[output], sums, rtol=1e-12)
+        np.testing.assert_allclose(near[output], sums, rtol=1e-9, atol=1e-12 * sums.max())
+    assert not np.any(np.isfinite(kernels.near_response({"acc": np.full(ticks, np.inf)}, ticks)["xi"]))
 
 
 @pytest.mark.parametrize("late", [0, 7])
