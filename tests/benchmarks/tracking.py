@@ -1,12 +1,13 @@
 """Tracking: the largest share of a set of disturbances that is proved, what it costs, and what stands in the way of more.
 
-    OMP_NUM_THREADS=1 python -m tests.benchmarks.tracking [RUN ...] [--gains GAINS] [--each] [--hunt] [--steps]
+    OMP_NUM_THREADS=1 python -m tests.benchmarks.tracking [RUN ...] [--gains GAINS] [--each] [--hunt] [--steps] [--seconds]
 
 Flights are a hover of 4 s and those of the runs' folders; all of their robots are proved. The set is the whole one of docs/tracking.md, for a Crazyflie 2.1:
 wind 0.8 m/s, cameras 1 mm and 0 to 15 ms, gyroscope 0.04 rad/s, mass 2 %, thrust 5 %. `GAINS` changes gains of its airframe, as in
 `'position: [6, 12], velocity: [4.5, 9]'`. `--each` hovers without each of the disturbances, too. `--hunt` flies hovers at 20 and
 37 % of the set in winds and gyroscope errors aimed by the loop's response, in 64 directions, at corners of mass, thrust and latency. `--steps` hovers at 20 % of the set under the gains of `GAINS`, and prints beside each bound
-how the linear loop, as it is sampled, answers a step of the set-point along a horizontal axis and upwards. "Processor time" is that of one proof of all robots, with nothing remembered.
+how the linear loop, as it is sampled, answers a step of the set-point along a horizontal axis and upwards. "time" is the processor's, of one proof of all
+robots. `--seconds` prints that alone: at 15 % of the set, of three robots that hover for 3.4, 10 and 40 s, and of the runs, with nothing remembered.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ from verify.data.vehicle import Vehicle, load_vehicle
 from verify.tracking.error_model import NotProved
 from verify.tracking.loops import LoopChoice, lateral_loop, vertical_loop
 from verify.tracking.on_board.onboard_proof import BoardBound
-from verify.tracking.proof import TrackingBound, model_of, prove, steps_late
+from verify.tracking.proof import TrackingBound, cells_of, loops_of, model_of, prove, steps_late
 from verify.tracking.sampled_loop import SUBSTEPS, SampledLoop
 
 AIRFRAME, VEHICLE = load_airframe("crazyflie-2.1"), load_vehicle("crazyflie-2.1")
@@ -64,6 +65,15 @@ def hover(duration: float) -> Trajectory:
     coefficients = np.zeros((1, 4, 8))
     coefficients[0, 2, 0] = 1.0
     return Trajectory([duration], coefficients)
+
+
+def robots_of(run: Path) -> list[Trajectory]:
+    """Return the flights of a run's robots.
+
+    Args:
+        run: Its folder.
+    """
+    return [load_csv(name) for name in sorted(run.glob("*.csv")) if name.name != "flight.csv"]
 
 
 def proved(paths: Sequence[Trajectory], told: Disturbance) -> TrackingBound | str:
@@ -107,6 +117,23 @@ def measure(name: str, paths: Sequence[Trajectory], told: Disturbance, halvings:
         return
     row = f"{name:24} {100.0 * low:5.1f} %  {1000.0 * kept.bound:6.1f} mm  {spent:6.1f} s  {costs_of(kept)}; more: {reason}"
     print(row, flush=True)
+
+
+def measure_seconds(name: str, paths: Sequence[Trajectory], told: Disturbance) -> None:
+    """Print how long one proof of all robots takes, with nothing remembered.
+
+    Args:
+        name: Of the flight.
+        paths: Of its robots.
+        told: The set.
+    """
+    loops_of.cache_clear()
+    begun = time.process_time()
+    found = proved(paths, told)
+    spent, duration = time.process_time() - begun, max(path.duration for path in paths)
+    cells = len(cells_of(model_of(paths[0], duration, (0.0, 0.0, 0.0), VEHICLE, told)))
+    bound = found if isinstance(found, str) else f"{1000.0 * found.bound:6.1f} mm"
+    print(f"{name:24} {duration:6.1f} s {len(paths):7} {cells:6} {spent:7.2f} s  {bound}", flush=True)
 
 
 def step_of(make: Callable[[Vehicle, AirframeTable, LoopChoice], SampledLoop], told: Disturbance) -> tuple[float, float, float]:
@@ -253,14 +280,21 @@ def main() -> None:
         compare(WHOLE.scaled(0.2))
         return
     told, halvings = WHOLE.changed(airframe=airframe), 1 if is_smallest() else 6
+    if "--seconds" in arguments:
+        arguments.remove("--seconds")
+        print(f"{'flight':24} {'length':>8} {'robots':>7} {'cells':>6} {'time':>9}  bound")
+        for duration in (0.2,) if is_smallest() else (3.4, 10.0, 40.0):
+            measure_seconds("hover", [hover(duration)] * 3, told.scaled(0.15))
+        for run in map(Path, arguments):
+            measure_seconds(run.name, robots_of(run), told.scaled(0.15))
+        return
     print(f"{'flight':24} {'share':>7}  {'bound':>9}  {'time':>8}  what makes the bound, mm")
     measure("hover", [hover(0.2 if is_smallest() else 4.0)], told, halvings)
     if each:
         without_each(told, halvings)
     for run in map(Path, arguments):
-        names = [name for name in sorted(run.glob("*.csv")) if name.name != "flight.csv"]
-        measure(run.name, [load_csv(name) for name in names], told, halvings)
+        measure(run.name, robots_of(run), told, halvings)
 
 
 if __name__ == "__main__":
-    run_benchmark(main, [], ["--each"], ["--hunt"], ["--steps"])
+    run_benchmark(main, [], ["--each"], ["--hunt"], ["--steps"], ["--seconds"])
