@@ -185,9 +185,9 @@ def feeds_alone(model: ErrorModel, share: float) -> tuple[FedForward, FedForward
     (force, jerk, snap), between = model.force(), model.force("middle")
     wide = given.spread / np.array([share, 1.0, 1.0])[:, None, None]
     return (
-        fed_forward(force / share, jerk, snap, none),
-        fed_forward(between[0] / share, between[1], between[2], none),
-        fed_forward(force / share, given.jerk, given.snap, wide),
+        fed_forward(force / share, jerk, snap, none, sloped=False),
+        fed_forward(between[0] / share, between[1], between[2], none, sloped=False),
+        fed_forward(force / share, given.jerk, given.snap, wide, sloped=False),
     )
 
 

@@ -20,38 +20,48 @@ class Jet:
 
     Attributes:
         value: Shape (ticks,).
-        slopes: Shape (3, ticks).
+        slopes: Shape (3, ticks); None of what the feedback does not move, or whose derivatives nobody asks for.
     """
 
     value: Interval
-    slopes: Interval
+    slopes: Interval | None
 
     @property
     def slope(self) -> tuple[Interval, Interval, Interval]:
         """The derivatives, each of the value's shape."""
+        assert self.slopes is not None, "they are asked for"
         x, y, z = (Interval(low, high) for low, high in zip(self.slopes.low, self.slopes.high, strict=True))
         return x, y, z
 
     def __add__(self, other: Jet) -> Jet:
-        return Jet(self.value + other.value, self.slopes + other.slopes)
+        return Jet(self.value + other.value, _sum(self.slopes, other.slopes))
 
     def __sub__(self, other: Jet) -> Jet:
-        return Jet(self.value - other.value, self.slopes - other.slopes)
+        return self + -other
 
     def __mul__(self, other: Jet) -> Jet:
-        return Jet(self.value * other.value, self.slopes * other.value + self.value * other.slopes)
+        return Jet(self.value * other.value, _sum(_times(self.slopes, other.value), _times(other.slopes, self.value)))
 
     def __truediv__(self, other: Jet) -> Jet:
         quotient = self.value / other.value
-        return Jet(quotient, (self.slopes - quotient * other.slopes) / other.value)
+        slopes = _sum(self.slopes, _times(other.slopes, -quotient))
+        return Jet(quotient, None if slopes is None else slopes / other.value)
 
     def __neg__(self) -> Jet:
-        return Jet(-self.value, -self.slopes)
+        return Jet(-self.value, None if self.slopes is None else -self.slopes)
 
     def root(self) -> Jet:
         """Square root."""
         root = self.value.root()
-        return Jet(root, self.slopes / (root + root))
+        return Jet(root, None if self.slopes is None else self.slopes / (root + root))
+
+
+def _sum(one: Interval | None, other: Interval | None) -> Interval | None:
+    return other if one is None else one if other is None else one + other
+
+
+def _times(slopes: Interval | None, factor: Interval) -> Interval | None:
+    return None if slopes is None else slopes * factor
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -75,7 +85,7 @@ class FedForward:
     rates_change: tuple[Jet, Jet, Jet]
 
 
-def fed_forward(force: Floats, jerk: Floats, snap: Floats, reach: Floats) -> FedForward:
+def fed_forward(force: Floats, jerk: Floats, snap: Floats, reach: Floats, *, sloped: bool = True) -> FedForward:
     """Return what is fed forward, for every feedback in a box and all derivatives in boxes, at heading 0.
 
     Args:
@@ -83,14 +93,15 @@ def fed_forward(force: Floats, jerk: Floats, snap: Floats, reach: Floats) -> Fed
         jerk: Its derivative. Shape (ticks, 3).
         snap: Its second derivative. Shape (ticks, 3).
         reach: Half the sides of the boxes of feedback and of both derivatives, m/s^2 and s. Shape (3, ticks, 3).
+        sloped: Whether derivatives by the feedback are asked for.
     """
     slopes = np.eye(3)[:, :, None] * np.ones(len(force))
     boxes = [
         [interval(values[:, k]) + Interval(-sides[:, k], sides[:, k]) for k in range(3)]
         for values, sides in zip((force, jerk, snap), reach, strict=True)
     ]
-    pushed = [Jet(box, interval(slope)) for box, slope in zip(boxes[0], slopes, strict=True)]
-    held = [[Jet(box, interval(0.0 * slopes[0])) for box in sides] for sides in boxes[1:]]
+    pushed = [Jet(box, interval(slope) if sloped else None) for box, slope in zip(boxes[0], slopes, strict=True)]
+    held = [[Jet(box, None) for box in sides] for sides in boxes[1:]]
     return _flat((pushed[0], pushed[1], pushed[2]), *((x, y, z) for x, y, z in held))
 
 
