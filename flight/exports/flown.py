@@ -50,9 +50,10 @@ def require_controllers(
     for name in (name for name in mission.agents if name in set(robots)):
         if not target.runs(own := controller_name(mission.vehicle_of(name))):
             runs = ", ".join(f"'{controller}'" for controller in target.controllers)
+            unproved = "" if mission.disturbance is None else " Tracking is not proved for this target."
             raise NotCertified(
                 f"the margin of {name} is meant for the controller '{own}', and vehicles of {target.name} run {runs}. Name one of these as "
-                "`controller` in the vehicle's profile, or write it with `--force` (`force=True`) and a warning."
+                f"`controller` in the vehicle's profile, or write it with `--force` (`force=True`) and a warning.{unproved}"
             )
         _require_setpoints(target, name, mission, options)
 

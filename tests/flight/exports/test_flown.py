@@ -9,7 +9,7 @@ import pytest
 
 import flight
 from flight import ExportTarget, Product, conditions_of
-from flight.exports.flown import WARNING
+from flight.exports.flown import WARNING, require_controllers
 from flight.exports.notes import readme
 from flight.exports.target import EXPORT_TARGETS, Request
 from tests.helpers.motion.flights import legs, plan_of, small_mission
@@ -116,6 +116,9 @@ def test_a_target_that_flies_another_controller_says_that_tracking_is_not_proved
     for disturbance, said in ((None, False), (told, True)):
         request = Request(mission.changed(disturbance=disturbance), team, 1, 0.05, "digest", {})
         assert ("tracking not proved for this target" in readme(request, target, (), ())) == said
+        with pytest.raises(NotCertified, match="vehicles of px4 run 'px4'") as refusal:
+            require_controllers(target, request.mission, team, {})
+        assert ("Tracking is not proved for this target." in str(refusal.value)) == said
 
 
 def test_a_target_that_streams_rounded_set_points_says_that_tracking_is_not_proved():
