@@ -69,7 +69,8 @@ class Circumstances:
         unknown = unknown + (tilts.law + ROUNDING) / scale
         ahead = flat["asked"] / scale + unknown
         ahead_spin = heading["asked"] + gains.rate[1] * told.gyroscope + gains.attitude[1] * (told.attitude + self.stale)
-        ahead_spin = ahead_spin + self.countered[1]
+        ahead_spin = ahead_spin + self.countered[1] + gains.attitude[1] * tilts.askew
+        self.ahead = ahead, ahead_spin  # rad/s^2 that rotors have still to change by
         k, lead = air.thrust_coefficient, air.rotor_lag / gains.quickened_lag
         share, pull, yaw = 0.25 * vehicle.mass, reach / (4.0 * arm), jz / (4.0 * vehicle.torque_to_thrust)
         c = share * (self.bounds.vertical["b"] + self.low_thrust)
@@ -79,6 +80,7 @@ class Circumstances:
         moments = root2 * pull * tilts.moved + yaw * turns
         wanted = root2 * pull * (flat["steering"] / scale + unknown) + yaw * (turns + ahead_spin)
         weakest, strongest = self._thrusts()
+        self.mean = share * weakest, share * strongest
         asked = held.least - self.low_thrust, held.most
         self.least = np.minimum(share * weakest - moments, share * asked[0] - wanted)
         self.most = np.maximum(share * strongest + moments, share * asked[1] + wanted)
@@ -164,7 +166,7 @@ class Circumstances:
         whole = np.hypot(side, up)
         square = max(air.body_drag) * whole**2 * light / vehicle.mass
         spread, spun = self.uneven_speeds[0] * quick, self.uneven_speeds[1] * quick
-        total = 4.0 * np.sqrt(self.most / k) * quick
+        total = 4.0 * np.sqrt(self.mean[1] / k) * quick
         drag, flow = max(air.rotor_drag, air.inflow_drag) * (1.0 + told.drag), air.inflow_drag * (1.0 + told.drag)
         rates, spin = self.body
         hubs = drag * (rates + spin) * arm * spread * light / vehicle.mass + square
@@ -173,7 +175,7 @@ class Circumstances:
         small, large = min(vehicle.inertia[:2]) * (1.0 - told.inertia), max(vehicle.inertia[:2]) * (1.0 + told.inertia)
         turning = (air.rotor_inertia + flow * arm**2) * spun * rates + flow * arm * spread * axial
         counted = roll_drag_of(vehicle, air)
-        least = air.inflow_drag * (1.0 - told.drag) * arm**2 * 4.0 * np.sqrt(self.least / k) * slow
+        least = air.inflow_drag * (1.0 - told.drag) * arm**2 * 4.0 * np.sqrt(self.mean[0] / k) * uneven * slow
         apart = np.maximum(flow * arm**2 * total / small - counted, counted - least / large)
         self.hub_turn = turning / small + np.maximum(apart, 0.0) * rates
         upon = vehicle.inertia[2] * (1.0 - told.inertia)

@@ -134,6 +134,8 @@ class Tilts:
         self.away = (flat["tilted"] + abs(self._rho) * 0.5 * TICK * self._fast_side + self.curved) / self.least
         self._beside()
         self.twist = bounds.heading["f"] + self.askew
+        self.askew = self.askew + (self.tip**2 + self.twist**2) / 7.0 * self.twist
+        self.twist = bounds.heading["f"] + self.askew
         whole = np.hypot(self.tip, self.twist)
         if not np.all(whole < 0.8):
             raise NotProved("the attitude's error may be more than 53 degrees")

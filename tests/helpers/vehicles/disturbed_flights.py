@@ -176,11 +176,17 @@ class Disturbed:
         asked = norm(force) + held.thrust_rate / frame.vehicle.mass * since
         slow = squares[0] - squares[1] + squares[2] - squares[3]
         spin = frame.vehicle.torque_to_thrust / frame.vehicle.inertia[2] * slow - held.rates_change[2]
+        gains, error = frame.gains, error_vector(held.attitude, state[ATTITUDE])
+        eager = -spin - gains.attitude[1] * error[2] - gains.rate[1] * (rates[2] - held.rates[2])
+        keen = np.hypot(
+            held.rates_change[0] - ax - gains.attitude[0] * error[0] - gains.rate[0] * (rates[0] - held.rates[0]),
+            held.rates_change[1] - ay - gains.attitude[0] * error[1] - gains.rate[0] * (rates[1] - held.rates[1]),
+        )
         off, drift = state[POSITION] - moved[0], state[VELOCITY] - moved[1]
         flat = {"xi": off[:2], "nu": drift[:2], "d": d, "e": e, "mu": mu, "p": fed[:2]}
         up = {"xi": off[2:], "nu": drift[2:], "b": (model - asked)[None], "p": fed[2:]}
         turn = {"f": f[None], "o": (rates[2] - held.rates[2])[None], "mu": spin[None]}
         return {
             "lateral": flat, "vertical": up, "heading": turn, "p": np.hypot(fed[0], fed[1]), "p_up": np.abs(fed[2]), "d": np.hypot(*d), "e": np.hypot(*e), "mu": np.hypot(*mu),
-            "f": np.abs(f), "o": np.abs(rates[2] - held.rates[2]), "b": np.abs(model - asked),
+            "twist": np.abs(error[2]), "ahead": keen, "ahead_spin": np.abs(eager), "f": np.abs(f), "o": np.abs(rates[2] - held.rates[2]), "b": np.abs(model - asked),
         }  # fmt: skip

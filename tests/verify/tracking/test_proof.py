@@ -15,10 +15,12 @@ from verify.data.airframe import load_airframe
 from verify.data.disturbance import Disturbance
 from verify.data.vehicle import load_vehicle
 from verify.tracking import error_model, sampled_loop
-from verify.tracking.error_model import NotProved
+from verify.tracking.circumstances import Circumstances
+from verify.tracking.error_model import NotProved, fed_of
 from verify.tracking.loops import LoopChoice, heading_loop, lateral_loop, vertical_loop
 from verify.tracking.proof import _Loops, cells_of, model_of, prove
 from verify.tracking.sampled_loop import SUBSTEPS
+from verify.tracking.tilts import Attitudes
 
 VEHICLE, AIRFRAME = load_vehicle("crazyflie-2.1"), load_airframe("crazyflie-2.1")
 MODEST = Disturbance(
@@ -156,6 +158,26 @@ def test_every_state_stays_within_its_bound(path):
     for name, bound in proved.items():
         flown = np.array([step[name] for step in flights.log]).max(1).reshape(len(bound), SUBSTEPS).max(1)
         assert np.all(flown <= bound + 1e-9), (name, float((flown / bound).max()))
+
+
+@few_of(1, "path", [bend(), line(0.6, 3.2)], ids=["bend", "fast"])
+def test_rotors_have_to_change_by_no_more_than_is_counted_with(path):
+    """What the law asks of rotors beside what they give, about x and y together and about z, and the attitude's error about z."""
+    told = Disturbance(airframe=AIRFRAME, wind=0.06, position=5e-5, start=5e-4, sag=0.0)
+    model = model_of(path, path.duration, tuple(path.coefficients[0, :3, 0]), VEHICLE, told)
+    (cell,) = cells_of(model)
+    proof = _Loops(model, cell)
+    bounds, _ = proof.kept()
+    fed = fed_of(model, bounds, proof._alone, cell.choice.thrust)
+    found = Circumstances(model, cell, bounds, Attitudes.of(model, bounds, fed, cell.choice.thrust), fed)
+    flights = adversaries(told, path.duration, range(700, 740), 0)
+    flights.watch = True
+    flights.fly(VEHICLE, path, path.duration)
+    counted = {"twist": found.tilts.twist, "ahead": found.ahead[0], "ahead_spin": found.ahead[1]}
+    for name, bound in counted.items():
+        flown = np.array([step[name] for step in flights.begun]).max(1).reshape(len(bound), SUBSTEPS).max(1)
+        assert np.all(flown <= bound + 1e-9), (name, float((flown / bound).max()))
+        assert np.max(flown / bound) > 0.03, name
 
 
 @pytest.mark.slow
