@@ -14,6 +14,13 @@ def test_results_reach_to_the_next_float():
     below, above = np.nextafter(values, -np.inf), np.nextafter(values, np.inf)
     assert np.all(found.low <= below)
     assert np.all(found.high >= above)
-    usual = np.abs(values) > 2.0**-960
+    usual = np.abs(values) > 2.0**-900
     assert np.array_equal(found.low[usual], below[usual])
     assert np.array_equal(found.high[usual], above[usual])
+
+
+def test_zeros_do_not_become_subnormal():
+    zero = Interval(np.zeros(1), np.zeros(1))
+    found = (zero + zero) * Interval(np.full(1, 1e-3), np.full(1, 1e3))
+    assert found.low[0] < -np.finfo(float).tiny
+    assert found.high[0] > np.finfo(float).tiny
