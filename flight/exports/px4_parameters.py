@@ -6,6 +6,21 @@ from flight.control.profiles import autopilot_of_vehicle, controller_name
 from verify.data import Vehicle
 from verify.data.autopilot import Px4Gains
 
+TAKEN_FOR_GRANTED = {
+    "MC_ROLLRATE_K": 1.0,
+    "MC_PITCHRATE_K": 1.0,
+    "MC_YAWRATE_K": 1.0,
+    "MC_ROLLRATE_FF": 0.0,
+    "MC_PITCHRATE_FF": 0.0,
+    "MC_YAWRATE_FF": 0.0,
+    "MC_BAT_SCALE_EN": 0.0,
+    "MPC_ACC_DECOUPLE": 1.0,
+    "MPC_USE_HTE": 1.0,
+    "MPC_VEL_LP": 0.0,
+    "MPC_VEL_NF_FRQ": 0.0,
+}
+"""Defaults of PX4 that the laws here are written for: factors of gains, feed-forward of rates, filters of the velocity, the thrust's estimate."""
+
 
 def px4_parameters(vehicle: Vehicle) -> dict[str, float]:
     """Return what must stand on board for a flight by `px4` to be the one that was simulated; nothing for other controllers.
@@ -17,6 +32,7 @@ def px4_parameters(vehicle: Vehicle) -> dict[str, float]:
         return {}
     gains = autopilot_of_vehicle(vehicle).gains(Px4Gains)
     found = {
+        **TAKEN_FOR_GRANTED,
         "MPC_XY_P": gains.position[0],
         "MPC_Z_P": gains.position[2],
         "MPC_XY_VEL_P_ACC": gains.velocity[0],

@@ -312,7 +312,8 @@ class MavlinkLink:
         for name, vehicle in self._vehicles.items():
             if others := differing(vehicle.says.board, wanted[name]):
                 raise LinkLost(
-                    f"{name}: gains on board are not those that its profile has simulated: {', '.join(others)}. Put yours into its `autopilot`, and run again."
+                    f"{name}: gains on board are not those that its profile has simulated: {', '.join(others)}. Put yours into its `autopilot`, and run again; "
+                    "what an `autopilot` has no key for has to stand on board as it is said here."
                 )
 
     def _until(

@@ -16,7 +16,7 @@ import flight
 from flight.control.controller import CONTROLLERS
 from flight.control.onboard_controller import setpoint_of
 from flight.control.px4 import _AccelerationLoop, _AttitudeLoop, _VelocityLoop
-from flight.exports.px4_parameters import px4_parameters
+from flight.exports.px4_parameters import TAKEN_FOR_GRANTED, px4_parameters
 from flight.link.link import LinkLost
 from flight.model.airframe import airframe_of
 from flight.model.attitude import from_euler
@@ -273,10 +273,15 @@ def test_its_own_flight_opens_the_export_at_the_rate_that_was_flown(hall, tmp_pa
 
 def test_the_parameters_are_those_of_the_table_under_their_names():
     wanted = px4_parameters(X500)
-    assert len(wanted) == 39
+    assert len(wanted) == 50
     assert all(len(name) <= 16 for name in wanted)
     text = (Path(__file__).parents[3] / "verify" / "data" / "autopilots" / "px4-x500.yaml").read_text(encoding="utf-8")
-    assert [name for name in wanted if name.count("_") < 3 and name.startswith("MPC_") and name not in text] == []
+    assert [
+        name
+        for name in wanted
+        if name.count("_") < 3 and name.startswith("MPC_") and name not in {*TAKEN_FOR_GRANTED} and name not in text
+    ] == []
+    assert {name: wanted[name] for name in TAKEN_FOR_GRANTED} == TAKEN_FOR_GRANTED
     assert (wanted["MPC_XY_P"], wanted["MPC_Z_VEL_P_ACC"], wanted["MC_YAWRATE_I"], wanted["MC_PR_INT_LIM"]) == (
         0.95,
         4.0,
@@ -290,6 +295,7 @@ def test_the_parameters_are_those_of_the_table_under_their_names():
     ({}, None),
     ({"MPC_XY_P": 1.2}, r"MPC_XY_P is 1.2, not 0.95\. Put yours into its `autopilot`"),
     ({"MC_YAW_TQ_CUTOFF": None}, "MC_YAW_TQ_CUTOFF is not known, not 2"),
+    ({"MC_ROLLRATE_K": 1.5}, r"MC_ROLLRATE_K is 1.5, not 1\. .* no key for has to stand on board"),
 ])  # fmt: skip
 def test_a_link_refuses_gains_on_board_that_were_not_simulated(hall, monkeypatch, off, said):
     pytest.importorskip("pymavlink", reason="pymavlink is not installed")
