@@ -55,6 +55,11 @@ def require_controllers(
                 f"the margin of {name} is meant for the controller '{own}', and vehicles of {target.name} run {runs}. Name one of these as "
                 f"`controller` in the vehicle's profile, or write it with `--force` (`force=True`) and a warning.{unproved}"
             )
+        if why := target.cannot_fly(mission.vehicle_of(name)):
+            raise NotCertified(
+                f"{target.name}: no vehicle flies as {name} was simulated: {why}. Take the firmware's for them, or write it with `--force` (`force=True`) and "
+                "a warning."
+            )
         _require_setpoints(target, name, mission, options)
 
 

@@ -45,7 +45,10 @@ def readme(request: Request, target: ExportTarget, notes: tuple[str, ...], beyon
         streamed = (
             "" if target.proved(request) else f"{unproved}, as its set-points are streamed and rounded" if unproved else ""
         )
+        lacks = target.cannot_fly(vehicle) if target.runs(meant) else ""
         other = f"margin meant for the controller {meant}, which it does not run{unproved}"
+        if lacks:
+            streamed = f", which flies otherwise: {lacks}{unproved}"
         who = f"controller {meant}{streamed}{_aged(request, target)}" if target.runs(meant) else other
         flown.setdefault(f"airframe: {vehicle.name}, {vehicle.mass:g} kg, {who}", []).append(name)
     airframes = list(flown) if len(flown) == 1 else [f"{airframe} ({', '.join(names)})" for airframe, names in flown.items()]

@@ -13,7 +13,7 @@ from types import MappingProxyType
 from typing import Any, Protocol
 
 from flight.control.profiles import PROFILES
-from verify.data import BadInput, Mission, Trajectory
+from verify.data import BadInput, Mission, Trajectory, Vehicle
 from verify.data.disturbance import StreamedSetpoints
 from verify.data.errors import did_you_mean
 from verify.data.names.registry import Registry
@@ -106,6 +106,10 @@ class Sender(Protocol):
         ...
 
 
+def _flies(_: Vehicle) -> str:
+    return ""
+
+
 @dataclass(frozen=True, slots=True)
 class ExportTarget:
     """A kind of vehicle or tool that flights are written for.
@@ -127,6 +131,7 @@ class ExportTarget:
             that an export is written with `force` or not at all.
         rate: Set-points a second that it writes where the option `rate` says nothing; None where it writes whole polynomials.
         orders: The highest derivative of a position in its set-points; None where it writes whole polynomials.
+        cannot_fly: Of a vehicle's profile why no vehicle of the target flies as it was simulated, whatever is set on board; empty where one does.
         sent: What its set-points are off by as they are written; how old they are when they are followed is for others. None where that is not bounded.
     """
 
@@ -142,6 +147,7 @@ class ExportTarget:
     rate: float | None = None
     orders: int | None = None
     sent: StreamedSetpoints | None = None
+    cannot_fly: Callable[[Vehicle], str] = _flies
 
     def proved(self, request: Request) -> bool:
         """Return whether its set-points are those that tracking is proved on: whole polynomials, or a stream within what the mission states.

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from flight.exports.crazyflies.crazyflie import OPTIONS, VOIDS, upload, upload_files
 from flight.exports.crazyflies.memory import MEMORY
-from flight.exports.crazyflies.parameters import NUMBERS
+from flight.exports.crazyflies.parameters import NUMBERS, cannot_fly
 from flight.exports.target import ExportTarget, Product, Request
 from verify.data import BadInput, DoesNotFit, Trajectory
 
@@ -299,4 +299,5 @@ COMPRESSED = ExportTarget(
     join=_joined,
     send=upload,
     controllers=tuple(NUMBERS),
+    cannot_fly=cannot_fly,
 )

@@ -18,7 +18,7 @@ from typing import Any
 from flight.exports.braking import AtMost
 from flight.exports.crazyflies.fits import held_at_once, require_crazyflie, require_held
 from flight.exports.crazyflies.memory import MEMORY, PIECE, Entry, poly4d_bytes, side_by_side
-from flight.exports.crazyflies.parameters import NUMBERS
+from flight.exports.crazyflies.parameters import NUMBERS, cannot_fly
 from flight.exports.parts import notes_on, order_of, parts_of
 from flight.exports.target import ExportTarget, Product, Request
 from verify.data import BadInput, DoesNotFit, LtlplanError, MissingEngine, Trajectory
@@ -235,4 +235,5 @@ CRAZYFLIE = ExportTarget(
     in_parts=True,
     join=AtMost(PIECES),
     controllers=tuple(NUMBERS),
+    cannot_fly=cannot_fly,
 )

@@ -17,7 +17,7 @@ from flight.exports.braking import AtMost
 from flight.exports.bundled_scripts import DATA, SWARM, about, batteries_said, climb_and_landing, scripts, written
 from flight.exports.crazyflies.fits import crazyflies, require_crazyflie, require_float32, require_held
 from flight.exports.crazyflies.inventory import Item, checked_weight, read_inventory, require_radios
-from flight.exports.crazyflies.parameters import NUMBERS, parameters_read, sentence
+from flight.exports.crazyflies.parameters import NUMBERS, cannot_fly, parameters_read, sentence
 from flight.exports.crazyflies.radio_addresses import heard_by
 from flight.exports.crazyflies.swarm_settings import configuration, weights_said
 from flight.exports.parts import Part, notes_on, order_of, parts_of
@@ -157,6 +157,7 @@ CRAZYSWARM2 = ExportTarget(
     in_parts=True,
     join=AtMost(PIECES),
     controllers=tuple(NUMBERS),
+    cannot_fly=cannot_fly,
 )
 
 
@@ -167,7 +168,8 @@ def crazyswarm2_robots(mission: Mission) -> tuple[str, ...]:
         mission: Says what they fly.
     """
     robots = tuple(mission.agents) if mission.of_one_kind else crazyflies(mission, mission.agents)
-    return tuple(name for name in robots if CRAZYSWARM2.runs(controller_name(mission.vehicle_of(name))))
+    vehicles = {name: mission.vehicle_of(name) for name in robots}
+    return tuple(name for name, own in vehicles.items() if CRAZYSWARM2.runs(controller_name(own)) and not cannot_fly(own))
 
 
 def left_out(mission: Mission) -> str:
@@ -180,5 +182,7 @@ def left_out(mission: Mission) -> str:
     others = [name for name in crazyflies(mission, mission.agents) if name not in flown]
     if not others:
         return ""
+    if CRAZYSWARM2.runs(controller_name(first := mission.vehicle_of(others[0]))):
+        return f"crazyswarm2 leaves out {', '.join(others)}: of '{first.name}' {cannot_fly(first)}."
     by = ", ".join(dict.fromkeys(f"'{controller_name(mission.vehicle_of(name))}'" for name in others))
     return f"crazyswarm2 leaves out {', '.join(others)}: flown by {by}, which Crazyflies do not run. Name `controller: mellinger` in the vehicle's profile."

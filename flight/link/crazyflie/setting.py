@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 
 from flight.exports.crazyflies.fits import crazyflies
 from flight.exports.crazyflies.inventory import checked_weight
-from flight.exports.crazyflies.parameters import parameters_read
+from flight.exports.crazyflies.parameters import cannot_fly, parameters_read
 from flight.link.crazyflie.vehicle import Vehicle
 from verify.data import DoesNotFit, Mission
 
@@ -22,7 +22,7 @@ def wanted(mission: Mission, masses: Mapping[str, float]) -> dict[str, dict[str,
         masses: kg as robots were weighed; others have their profile's.
 
     Raises:
-        DoesNotFit: A robot is no Crazyflie, or weighs much more or less than what it was certified for.
+        DoesNotFit: A robot is no Crazyflie, or weighs much more or less than what it was certified for, or has gains that nothing sets on board.
     """
     able = crazyflies(mission, mission.agents)
     found: dict[str, dict[str, float]] = {}
@@ -30,6 +30,8 @@ def wanted(mission: Mission, masses: Mapping[str, float]) -> dict[str, dict[str,
         vehicle = mission.vehicle_of(name)
         if name not in able:
             raise DoesNotFit(f"{name} flies '{vehicle.name}' of {vehicle.mass:g} kg, which is no Crazyflie.")
+        if why := cannot_fly(vehicle):
+            raise DoesNotFit(f"{name}: no vehicle flies as it was simulated: {why}. Take the firmware's for them.")
         found[name] = parameters_read(vehicle, checked_weight(name, vehicle, masses.get(name)))
     return found
 
