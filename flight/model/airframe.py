@@ -97,6 +97,19 @@ def _dragged(across: float, along: float, ends: tuple[float, float]) -> dict[str
     return {"rotor_drag": middle, "inflow_drag": share * middle, "drag_range": reach}
 
 
+def airframe_in(mission: Mission, vehicle: Vehicle) -> Airframe:
+    """Return the airframe of a vehicle of a mission: of one of your own what `disturbance` states, as it is proved with that.
+
+    Args:
+        mission: Says what is stated.
+        vehicle: One of its.
+    """
+    if mission.disturbance is None or vehicle != mission.vehicle or vehicle.name in shipped_airframes():
+        return airframe_of(vehicle)
+    stated = mission.disturbance.airframe
+    return Airframe(name=vehicle.name, vehicle=vehicle, **{name: getattr(stated, name) for name in AirframeTable.model_fields})
+
+
 def airframes_of(mission: Mission, robots: Iterable[str]) -> tuple[Airframe, ...]:
     """Return the airframe of each of some robots of a mission.
 
@@ -104,7 +117,7 @@ def airframes_of(mission: Mission, robots: Iterable[str]) -> tuple[Airframe, ...
         mission: Says what they fly.
         robots: Their names.
     """
-    return tuple(airframe_of(mission.vehicle_of(robot)) for robot in robots)
+    return tuple(airframe_in(mission, mission.vehicle_of(robot)) for robot in robots)
 
 
 def _read(name: str) -> dict[str, Any]:

@@ -20,7 +20,7 @@ from flight.certificate_checks import require_tube
 from flight.closed_loop import Setup, Snapshot, steps
 from flight.conditions import CALM, ConditionKeywords, Conditions
 from flight.logs.log import Event, FlightLog
-from flight.model.airframe import airframe_of
+from flight.model.airframe import airframe_in
 from flight.model.attitude import euler
 from flight.model.timing import CONTROL_STEP, STEP, SUBSTEPS
 from ltlplan.online.checked_events import falls_on, in_order
@@ -161,7 +161,8 @@ class _Loop:
         self.ticks = int(np.ceil(max_seconds / CONTROL_STEP))
         self.start = np.array([(*agent.start, agent.yaw) for agent in self.agents.values()]).T
         airframes = tuple(
-            conditions.airframe or airframe_of(agent.vehicle or self.mission.vehicle) for agent in self.agents.values()
+            conditions.airframe or airframe_in(self.mission, agent.vehicle or self.mission.vehicle)
+            for agent in self.agents.values()
         )
         setup = Setup(airframes, self, conditions)
         for entry in steps(setup, [seed]):

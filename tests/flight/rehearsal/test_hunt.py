@@ -10,7 +10,7 @@ import pytest
 import flight
 from flight.control.controller import CONTROLLERS
 from flight.mixed_fleet import kinds_of
-from flight.model.airframe import airframe_of
+from flight.model.airframe import airframe_of, airframes_of
 from flight.model.timing import CONTROL_STEP, STEP
 from flight.onboard_simulation.commanded import CommandedLaws
 from flight.onboard_simulation.fleet import Differences, Fleet, Sight
@@ -110,6 +110,24 @@ def test_what_a_controller_on_the_ground_is_given_is_late_and_off_as_elsewhere()
             mine.append(fleet.fly(flat, half, wind[tick]) - start[:3])
     assert np.concatenate(mine) == pytest.approx(other, abs=1e-9)
     assert np.abs(other).max() > 1e-3
+
+
+def test_a_vehicle_of_ones_own_is_hunted_and_flown_with_the_airframe_that_is_proved():
+    stated = load_airframe("crazyflie-brushless").changed(drag_range=None)
+    told = Disturbance(airframe=stated, wind=0.05)
+    own = load_vehicle("crazyflie-brushless").changed(name="mine", controller="geometric", autopilot=None)
+    mission = small_mission("F a", regions="a: {center: [0.0, 0.0, 1.0], radii: [0.2, 0.2, 0.2]}", margin=0.05)
+    mission = mission.changed(vehicle=own, disturbance=told)
+    (flies,) = airframes_of(mission, mission.agents)
+    assert {name: getattr(flies, name) for name in type(stated).model_fields} == dict(stated)
+    assert airframes_of(mission.changed(disturbance=None), mission.agents) == (airframe_of(own),)
+    plan, team = plan_of(mission, {"r0": [Visit(region="a")]}), {"r0": hovering(1.0)}
+    certificate = certify(plan, team)
+    found = hunt(mission, team, certificate, wind=told.wind)
+    assert found.bound is not None
+    assert 0.0 < found.worst < found.bound < 4.0 * found.worst
+    log = flight.fly(plan, team, certificate, conditions=flight.conditions_of(mission))
+    assert 0.0 < log.worst_error() < found.bound
 
 
 LAG = 0.1
