@@ -344,6 +344,8 @@ class _Hunted:
         delay, age = (None, late) if self._truth else (late, None)
         differences = Differences(delay, self._ends("mass", aims), self._ends("thrust", aims), age=age)
         start = np.tile(reference.start, (1, len(aims)))
+        if self._told is not None:  # they begin off the plan, along what is aimed
+            start[:3] += self._told.start * np.repeat(np.stack([aim.direction for aim in aims], axis=1), robots, axis=1)
         fleet = Fleet(kinds_of(self._airframes, len(aims)), CONTROLLERS.find(PROFILES), start, differences)
         draws = Draws(Conditions(LABORATORY, CAMERAS), (self._seed,), robots)
         chance = Chance(draws, CAMERAS, Air((LABORATORY,), draws, [0] * len(aims)), len(aims))
