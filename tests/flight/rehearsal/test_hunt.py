@@ -130,6 +130,18 @@ def test_a_vehicle_of_ones_own_is_hunted_and_flown_with_the_airframe_that_is_pro
     assert 0.0 < log.worst_error() < found.bound
 
 
+def test_a_hunt_begins_as_far_off_as_is_stated():
+    told = Disturbance(airframe=load_airframe("crazyflie-2.1"), wind=0.01, sag=0.0)
+    mission = small_mission("F a", regions="a: {center: [0.0, 0.0, 1.0], radii: [0.2, 0.2, 0.2]}", margin=0.05)
+    mission = mission.changed(vehicle=load_vehicle("crazyflie-2.1").changed(controller="geometric"))
+    still, off = (
+        hunt(mission.changed(disturbance=told.changed(start=start)), {"r0": hovering(0.6)}, None, wind=told.wind).worst
+        for start in (0.0, 0.004)
+    )
+    assert still < 0.001
+    assert 0.0038 < off < 0.008
+
+
 LAG = 0.1
 """s, of a lag between commands and rotors that no model here has."""
 
