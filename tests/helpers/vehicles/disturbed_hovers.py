@@ -12,6 +12,7 @@ from flight.control.onboard_controller import setpoint_of
 from flight.model.airframe import airframe_of
 from flight.model.attitude import quaternion_rate, unit
 from flight.model.ekf import SENSED, ExtendedKalman
+from flight.model.timing import STEP
 from flight.onboard_simulation.rotor_plant import RotorPlant
 
 STEPS = 5
@@ -44,12 +45,21 @@ class Hovers:
     thrust: np.ndarray | None = None
     offset: np.ndarray | None = None
     lag: float = 1.0  # times the rotors'
+    drag: float = 1.0  # times the airframe's
+    moment: object = None  # N m about the body's axes, by step
+    sag: object = None  # share by which thrust is more than at the start, by step. Shape (n,)
     plan: object = None  # by frame: derivatives of the plan. Shape (5, 3)
 
     def fly(self, vehicle, autopilot, steps):
         """Return place, velocity, attitude and rates after every step, and place, velocity and attitude as known. Shapes (steps, ., n)."""
         n, frame = self.n, airframe_of(vehicle.changed(autopilot=autopilot))
-        slow = frame.changed(rotor_lag=self.lag * frame.rotor_lag)
+        slow = frame.changed(
+            rotor_lag=self.lag * frame.rotor_lag,
+            rotor_drag=self.drag * frame.rotor_drag,
+            inflow_drag=self.drag * frame.inflow_drag,
+            drag_range=None,
+        )
+        strength = np.ones(n) if self.thrust is None else self.thrust
         start = np.zeros((4, n))
         start[:3] = 0.0 if self.offset is None else self.offset
         setpoint = self.setpoint(0)
@@ -75,6 +85,10 @@ class Hovers:
                 known = kalman.known(rows)
             noise = self.gyroscope(step) if self.gyroscope else none
             wind = self.wind(step) if self.wind else none
+            if self.moment:
+                plant._rows[10:13] += STEP * self.moment(step) / np.array(vehicle.inertia)[:, None]
+            if self.sag:
+                plant._pushed = np.sqrt(strength * (1.0 + self.sag(step)))
             plant.fly(setpoint, known, noise, wind, 1)
             past = [*past[-24:], np.concatenate([plant.state[:3], plant.state[6:10]])]
             found.append(np.concatenate([plant.state[:13], known]))

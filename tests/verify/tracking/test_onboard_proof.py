@@ -315,6 +315,38 @@ def adversaries(told, n, seed, frames=FRAMES):
     )  # fmt: skip
 
 
+ALONE = {
+    "wind": 0.03, "position": 4e-5, "gyroscope": 0.0015, "mass": 0.0008, "thrust": 0.002, "start": 1e-4, "attitude": 1e-4, "drag": 0.02, "moment": 1e-8,
+    "sag": 2e-4, "latency": (0.012, 0.016),
+}  # fmt: skip
+
+
+@few_of(1, "name", [*ALONE])
+def test_no_hover_leaves_its_bound_under_each_disturbance_alone(name, loop):
+    told, n = Disturbance(airframe=AIRFRAME, **{"sag": 0.0, "latency": (0.014, 0.014), name: ALONE[name]}), 30
+    flight, rng, steps = _Flight(loop, told, still(loop), 0.0), np.random.default_rng(len(name)), FRAMES * SUBSTEPS
+    flights = adversaries(told, n, 3)
+
+    def jumping(size, hold, count):
+        ways = rng.normal(size=(count // hold + 2, 3, n))
+        return size * np.repeat(ways / np.linalg.norm(ways, axis=1, keepdims=True), hold, axis=0)
+
+    turned, pushed = jumping(told.attitude, 5, FRAMES), jumping(told.moment, 75, steps)
+    ages, weaker = rng.integers(6, 9, FRAMES), told.sag * rng.choice([-1.0, 1.0], n) * rng.choice([0.0, 1.0], (12, n))
+    flights.attitude, flights.moment, flights.sag = lambda k: turned[k], lambda k: pushed[k], lambda k: weaker[k // 60]
+    flights.late = (lambda k: int(ages[k])) if name == "latency" else flights.late
+    proved, worst = flight.proved(), 0.0
+    for drag in (1.0 - told.drag, 1.0 + told.drag):
+        flights.drag = drag
+        found = flights.fly(VEHICLE, QUICK, steps)
+        worst = max(worst, float(np.linalg.norm(found[:, :3], axis=1).max()))
+        bounds = flight.kept["between"]
+        for rows, most in ((slice(0, 6), bounds[:6]), (slice(10, 13), bounds[9:12])):
+            assert np.all(np.abs(found[:, rows]).max((0, 2)) <= most)
+    assert worst <= proved.bound
+    assert worst > 1e-8 or name in ("drag", "latency"), "it disturbs a hover that is at rest"
+
+
 @few_of(1, "seeds", [1, 3])
 def test_no_disturbed_hover_leaves_the_bounds_of_any_state(seeds, hover):
     closed, proved = hover
