@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -227,7 +228,18 @@ def refitted(
         found = _tried(mission, planned, part_of(progress, number / more, (number + 1) / more), budget)
         if isinstance(best, LtlplanError) or not isinstance(found, LtlplanError):
             best = found
+    if isinstance(found, LtlplanError) and not isinstance(best, LtlplanError):
+        return _kept(best, f"{1000 * mission.margin:g} mm", found)
     return best
+
+
+def _kept(best: Certified, margin: str, refusal: LtlplanError) -> Certified:
+    """Return a flight with a note on the margin that was tried beside its own."""
+    import verify
+
+    why = str(refusal).removeprefix("Not certified. ")
+    plan = best.plan.noting(f"A margin of {margin}, which the proof of tracking allows of this flight, was refused: {why}")
+    return replace(best, plan=plan, certificate=verify.judge(plan, best.team))
 
 
 def run(

@@ -10,8 +10,8 @@ import ltlplan
 from ltlplan import pipeline
 from ltlplan.logic.budget import DEFAULT_BUDGET
 from tests.helpers.motion.flights import small_mission
-from verify import recheck
-from verify.data import NotCertified, parse_mission
+from verify import certify, recheck
+from verify.data import NotCertified, load_vehicle, parse_mission
 from verify.data.airframe import load_airframe
 from verify.data.disturbance import Disturbance
 from verify.data.files.mission_file import mission_to_yaml
@@ -36,6 +36,7 @@ def fitted(monkeypatch, bounds, **told):
         raise NotCertified("no", [Witness(claim="tracking", sentence="no", bound=bound)])
 
     monkeypatch.setattr(pipeline, "certified_team", certified_team)
+    monkeypatch.setattr(pipeline, "_kept", lambda best, margin, refusal: best)
     mission = small_mission("F a", margin=0.05).changed(disturbance=TOLD.changed(**{"fitted": True, **told}))
     taken = pipeline._certified(mission, lambda mission, progress: mission, lambda sentence, share: None, DEFAULT_BUDGET)
     return tried, taken.certificate.margin
@@ -57,6 +58,30 @@ def test_margins_are_fitted_in_at_most_three_flights(monkeypatch, bounds, tried,
 
 def test_margins_that_are_stated_stay(monkeypatch):
     assert fitted(monkeypatch, lambda margin: 0.0123, fitted=False) == ([0.05], 0.05)
+
+
+def test_a_margin_that_is_kept_has_a_note_on_the_one_that_was_refused(monkeypatch):
+    whole = pipeline.certified_team
+
+    def certified_team(made, **options):
+        if made.mission.margin < 0.05:
+            raise NotCertified("Not certified. r0: no proof for flights in parts.")
+        return whole(made, **options)
+
+    monkeypatch.setattr(pipeline, "certified_team", certified_team)
+    mission = small_mission("F a", margin=0.05).changed(
+        vehicle=load_vehicle("crazyflie-2.1").changed(controller="geometric"),
+        limits={"speed": 0.2, "acceleration": 0.2},
+        disturbance=TOLD.changed(wind=0.02, fitted=True),
+    )
+    result = ltlplan.run(mission)
+    assert result.certificate.margin == 0.05
+    assert result.certificate.tube == "proved"
+    (note,) = (note for note in result.plan.notes if "margin" in note)
+    assert note.endswith(
+        "mm, which the proof of tracking allows of this flight, was refused: r0: no proof for flights in parts."
+    )
+    assert certify(result.plan, result.team).digest() == result.certificate.digest()
 
 
 def test_what_is_not_proved_is_refused(monkeypatch):
