@@ -68,6 +68,12 @@ def test_a_robot_begins_as_near_to_rest_as_the_proof_assumes(unrest, said) -> No
     assert said in "".join(faults)
 
 
+def test_a_place_that_is_off_by_less_than_a_millimetre_is_told_apart_from_what_is_allowed() -> None:
+    team = Team({**data_of(0.0106), "accuracy": 0.01})
+    (fault,) = team.start_faults({"r0": Pose(0.0, (0.0009, 0.0, 1.0), 0.0)}, {"r0": (0.0, 0.0, 1.0, 0.0)}, "the start", 0.1)
+    assert "r0 is 0.0009 m from the start; 0.0006 m are allowed" in fault
+
+
 @pytest.mark.parametrize(("off", "begins"), [(0.097, True), (0.099, False)])
 def test_a_heading_is_held_to_what_the_proof_assumes(off, begins) -> None:
     team = Team(data_of(0.2, attitude=0.002, rest=RESTS))

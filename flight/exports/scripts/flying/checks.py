@@ -240,7 +240,8 @@ def at_place(robot: str, position: Place, asked: Asked, limits: Mapping[str, flo
     near = min(asked.places, key=off)
     swapped = f", and is where {near} belongs" if near != robot and off(near) < asked.margin else ""
     there = ", ".join(f"{value:.3f}" for value in asked.places[robot][:axes])
-    what = f"{robot} is {found:.3f} m from {asked.where}{swapped}; {most:.3f} m are allowed"
+    told = next((digits for digits in range(3, 9) if round(found, digits) != round(most, digits) != 0.0), 3)
+    what = f"{robot} is {found:.{told}f} m from {asked.where}{swapped}; {most:.{told}f} m are allowed"
     return Check("place", robot, found <= most, what if found <= most else f"{what}: put it at ({there})")
 
 
