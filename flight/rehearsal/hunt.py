@@ -301,6 +301,7 @@ class _Hunted:
         self._reference, self._airframes, self.sizes = reference, tuple(airframes), sizes
         self._told, self._seed = mission.disturbance, seed
         self._truth = _on_ground(mission)
+        self._controller = conditions_of(mission).controller if self._truth else CONTROLLERS.find(PROFILES)
         self.ends = _ENDS
         kinds = dict.fromkeys(airframes)
         found = {(kind, name): response(kind, name, estimated=not self._truth) for kind in kinds for name in sizes}
@@ -346,7 +347,7 @@ class _Hunted:
         start = np.tile(reference.start, (1, len(aims)))
         if self._told is not None:  # they begin off the plan, along what is aimed
             start[:3] += self._told.start * np.repeat(np.stack([aim.direction for aim in aims], axis=1), robots, axis=1)
-        fleet = Fleet(kinds_of(self._airframes, len(aims)), CONTROLLERS.find(PROFILES), start, differences)
+        fleet = Fleet(kinds_of(self._airframes, len(aims)), self._controller, start, differences)
         draws = Draws(Conditions(LABORATORY, CAMERAS), (self._seed,), robots)
         chance = Chance(draws, CAMERAS, Air((LABORATORY,), draws, [0] * len(aims)), len(aims))
         view = _View(inputs, chance, told=self._told is not None)

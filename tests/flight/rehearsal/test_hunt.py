@@ -22,7 +22,7 @@ from verify import certify
 from verify.data import BadInput, Trajectory, Visit, load_vehicle
 from verify.data.airframe import load_airframe
 from verify.data.autopilot import load_autopilot
-from verify.data.disturbance import Disturbance
+from verify.data.disturbance import Disturbance, StreamedSetpoints
 
 
 @functools.cache
@@ -140,6 +140,20 @@ def test_a_hunt_begins_as_far_off_as_is_stated():
     )
     assert still < 0.001
     assert 0.0038 < off < 0.008
+
+
+@pytest.mark.slow
+def test_a_hunt_follows_set_points_that_are_as_old_as_is_stated():
+    """Along a way, a set-point that is always 30 ms old leaves a robot behind by what it flies meanwhile."""
+    plan, team = hop()
+    start = team["quad0"].evaluate(0)[:3]
+    team = {"quad0": rest_to_rest([start, (start[0] - 0.3, start[1], start[2])], [2.0])}
+    told = Disturbance(airframe=load_airframe("crazyflie-2.1"), wind=0.01, sag=0.0)
+    mission = plan.mission.changed(vehicle=load_vehicle("crazyflie-2.1").changed(controller="geometric"), disturbance=told)
+    late = mission.changed(disturbance=told.changed(setpoints=StreamedSetpoints(age=(0.03, 0.03))))
+    fastest = max(np.linalg.norm(team["quad0"].evaluate(t, 1)[:3]) for t in np.linspace(0.0, 2.0, 200))
+    on_time, behind = (hunt(each, team, None, wind=told.wind).worst for each in (mission, late))
+    assert 0.7 * 0.03 * fastest < behind - on_time < 1.3 * 0.03 * fastest
 
 
 LAG = 0.1
