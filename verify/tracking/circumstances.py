@@ -49,6 +49,7 @@ class Circumstances:
         sensed = self.body[0] + told.gyroscope, self.body[1] + told.gyroscope
         cross, spin = max(abs(jz - jy) / jx, abs(jx - jz) / jy), 0.5 * abs(jy - jx) / jz
         self.countered = cross * sensed[0] * sensed[1], spin * sensed[0] ** 2
+        self.swung, self._cross = cross * self.body[0] * self.body[1], cross
         more, less = told.inertia, 1.0 - told.inertia
         cross, spin = (cross + more * (jz + max(jx, jy)) / min(jx, jy)) / less, (spin + 0.5 * more * (jx + jy) / jz) / less
         self.gyration = cross * self.body[0] * self.body[1], spin * self.body[0] ** 2
@@ -91,11 +92,9 @@ class Circumstances:
         led = led + yaw * (turns + lead * ahead_spin)
         fastest = math.sqrt(vehicle.rotor_thrust_max / k) * told.battery
         slowest = math.sqrt(vehicle.rotor_thrust_min / k)
-        ends = [0.5 * (np.sqrt(end / k) + led / np.sqrt(end * k)) for end in (self.least, self.most)]
-        speeds = (
-            np.sqrt(self.least / k) - lead * (c + root2 * tilt + spin) / (2.0 * np.sqrt(self.least * k)),
-            np.maximum(np.maximum(*ends), np.sqrt(self.most / k)),
-        )
+        sooner = c + root2 * tilt + spin
+        slow = np.sqrt(self.least / k) - lead * sooner / (2.0 * np.sqrt(self.least * k))
+        speeds = slow, np.maximum(led_root(self.least, self.most, led, lead * sooner), np.sqrt(self.most)) / math.sqrt(k)
         if not np.all(speeds[0] > 1.001 * slowest) or not np.all(speeds[1] < 0.999 * fastest):
             raise NotProved(
                 f"the lead may ask {100.0 * speeds[1].max() / fastest:.0f} % of a rotor's greatest speed, and saturate"
@@ -134,6 +133,18 @@ class Circumstances:
         roots = max(abs(end - math.sqrt(cell.choice.torque)) for end in ends)
         linear = reaction_of(vehicle, air) * lead / air.rotor_lag
         self.reaction = self.reaction + linear * (roots * ahead_spin + 1.5 * self.bent_spin)
+
+    @property
+    def unswung(self) -> tuple[Floats, Floats]:
+        """Bound what the law asks against gyroscopic moments, and these, beside those of a vehicle as meant at the beginning of a step, rad/s^2."""
+        told, (wide, about), most = self.model.disturbance, self.body, self.cell.torque[1]
+        turning = most * self.tilts.moved + self.gyration[0] + self.hub_turn + self.moment[0]
+        spinning = most * (self.held.spinning + self.bounds.heading["mu"]) + self.gyration[1] + self.hub_spin
+        spinning = spinning + self.reaction + self.moment[1]
+        changed = H * self._cross * (turning * (about + H * spinning) + wide * spinning)
+        changed = changed + H * self.swung * (wide + about + self.tilts.slide / self.tilts.least)
+        felt = self._cross * told.gyroscope * (wide + about + told.gyroscope)
+        return felt, self.gyration[0] - self.swung + changed
 
     def _thrusts(self) -> tuple[Floats, Floats]:
         """Bound the thrust by the model of the rotors, m/s^2: by what is asked and its error, and by what it pushes beside the plan."""
@@ -221,3 +232,20 @@ class Circumstances:
         self.lean_between = np.maximum(held.lean, shifted(held.lean))
         self.upright_between = np.minimum(self.upright, shifted(self.upright, 1.0))
         self.force_step = self.bounds.lateral["grown"] + self.end, self.bounds.vertical["grown"] + self.end
+
+
+def led_root(least: Floats, most: Floats, led: Floats, sooner: Floats) -> Floats:
+    """Bound what the lead on the rotors' lag asks, as the root of a thrust.
+
+    A thrust f that is to be w asks r + n (w / r - r) / 2 at most, with r the root of f and n the lead, as the root of w is below its tangent. With l = f + n (w - f)
+    that is (r + l / r) / 2, and r + n (w - f) / (2 r) as well. Both are convex in r, and the same where l - n (w - f) is f.
+
+    Args:
+        least: Of f, N.
+        most: Of f.
+        led: Most of l, N.
+        sooner: Most of n |w - f|, N.
+    """
+    tied = np.clip(led - sooner, least, most)
+    ends = [0.5 * (np.sqrt(end) + led / np.sqrt(end)) for end in (tied, most)]
+    return np.maximum(np.maximum(*ends), np.sqrt(least) + 0.5 * sooner / np.sqrt(least))

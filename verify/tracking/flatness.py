@@ -50,6 +50,11 @@ class Jet:
     def __neg__(self) -> Jet:
         return Jet(-self.value, None if self.slopes is None else -self.slopes)
 
+    @property
+    def middle(self) -> Floats:
+        """Middle of the number."""
+        return 0.5 * (self.value.low + self.value.high)
+
     def root(self) -> Jet:
         """Square root."""
         root = self.value.root()

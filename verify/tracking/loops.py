@@ -69,6 +69,7 @@ def lateral_loop(vehicle: Vehicle, airframe: AirframeTable, choice: LoopChoice) 
         inputs = {name: _column(names, {row: over[row, name] for row in order if row != "mu"}) for name in ("acc", "eacc")}
         aimed = {row: over[row, "ahead"] + over[row, "fading"] for row in order if row != "mu"} | {"mu": share}
         inputs["u"] = _column(names, aimed)
+        inputs["spun"] = inputs["u"] - inputs["eacc"]
         inputs |= {f"{name}!": _column(names, {name: arb(1)}) for name in ("xi", "nu", "d", "e", "mu")}
         step[at["pull"], at["pull"]] = arb(1)
         for row in range(len(names)):

@@ -7,10 +7,15 @@ from collections.abc import Mapping
 import numpy as np
 
 from verify.arithmetic.balls import Floats, gamma
-from verify.tracking.sampled_loop import SUBSTEPS, Matrix, TickMaps
+from verify.tracking.flatness import FedForward
+from verify.tracking.sampled_loop import SUBSTEPS, TICK, Matrix, TickMaps
 
-KNOWN_STEPPED = {"lateral": ("acc", "eacc"), "vertical": ("acc", "rate")}
-KNOWN_COMMANDED = {"lateral": ("place", "speed", "dj", "ej", "muj"), "vertical": ("place", "speed")}
+KNOWN_STEPPED = {"lateral": ("acc", "eacc"), "vertical": ("acc", "rate"), "heading": ()}
+KNOWN_COMMANDED = {
+    "lateral": ("place", "speed", "dj", "ej", "muj"),
+    "vertical": ("place", "speed"),
+    "heading": ("fj", "oj", "muj"),
+}
 
 
 Combined = Mapping[str, tuple[str, float, Floats]]
@@ -22,7 +27,7 @@ def known_response(maps: TickMaps, kind: str, known: Mapping[str, Floats], furth
 
     Args:
         maps: Of the loop.
-        kind: `lateral` or `vertical`.
+        kind: `lateral`, `vertical` or `heading`.
         known: By input. Shape (ticks, axes) each.
         further: Outputs beside the loop's.
 
@@ -43,14 +48,16 @@ def known_response(maps: TickMaps, kind: str, known: Mapping[str, Floats], furth
     largest = np.max(maps.norm(states[1:].transpose(1, 0, 2).reshape(len(loop.states), -1)).reshape(ticks, axes), axis=0)
     entered = (last.rad + gamma(inputs + 2) * np.abs(last.mid)).T / maps.weights
     begun = np.max(np.abs(values).transpose(0, 2, 1) @ entered, axis=(0, 2)) * 2.0
-    before, held = states[:-1].transpose(1, 0, 2).reshape(len(loop.states), -1), loop.states.index("p")
+    before = states[:-1].transpose(1, 0, 2).reshape(len(loop.states), -1)
     outputs = np.zeros((len(names), ticks * axes))
-    outputs[-2] = before[loop.states.index("xi_seen")] + drawn[len(stepped)]
-    outputs[-1] = loop.jump.mid[held] @ before + enter[0].mid[held] @ drawn - before[held]
+    if loop.before:
+        held = loop.states.index("p")
+        outputs[-2] = before[loop.states.index("xi_seen")] + drawn[len(stepped)]
+        outputs[-1] = loop.jump.mid[held] @ before + enter[0].mid[held] @ drawn - before[held]
     beside = {name: np.zeros((ticks, axes)) for name in further}
     for read, one in zip(maps.read.mid.reshape(SUBSTEPS + 1, len(rows), -1), enter, strict=True):
         moved = read @ before + (Matrix.exact(rows) @ one).mid @ drawn
-        outputs[:-2] = np.maximum(outputs[:-2], np.abs(moved))
+        outputs[: len(rows)] = np.maximum(outputs[: len(rows)], np.abs(moved))
         for name, (of, factor, added) in further.items():
             at = moved[names.index(of)].reshape(ticks, axes)
             beside[name] = np.maximum(beside[name], np.abs(factor * at + added))
@@ -61,6 +68,31 @@ def known_response(maps: TickMaps, kind: str, known: Mapping[str, Floats], furth
     return {
         name: (np.linalg.norm(sizes, axis=1) + off * np.sqrt(axes)) * (1.0 + 1e-12) for name, (sizes, off) in rows_of.items()
     }
+
+
+def turned_at_commands(alone: FedForward) -> Floats:
+    """Return twice the vector of the quaternion by which an attitude that turned on since the command before is off what is fed forward then. Shape (ticks, 3).
+
+    It turned by T w + T^2 a / 2 + T^3 (w x a) / 12, but for terms of fifth order (Magnus). Before the first command it is level.
+
+    Args:
+        alone: What is fed forward, without feedback.
+    """
+    z, rates, changes = (
+        np.stack([jet.middle for jet in jets], axis=1) for jets in (alone.axis, alone.rates, alone.rates_change)
+    )
+    level = np.hypot(z[:, 0], z[:, 2])
+    x = np.stack([z[:, 2] / level, np.zeros(len(z)), -z[:, 0] / level], axis=1)
+    frames = np.stack([x, np.cross(z, x), z], axis=2)
+    turned = TICK * rates + 0.5 * TICK**2 * changes + TICK**3 / 12.0 * np.cross(rates, changes)
+    angle = np.linalg.norm(turned, axis=1)[:, None, None]
+    skew = np.cross(np.eye(3)[None], turned[:, None])  # rows e_k x v: the matrix of v x
+    ahead = frames @ (np.eye(3) + np.sinc(angle / np.pi) * skew + 0.5 * np.sinc(0.5 * angle / np.pi) ** 2 * (skew @ skew))
+    apart = frames.transpose(0, 2, 1) @ np.concatenate([np.eye(3)[None], ahead[:-1]])
+    vector = np.stack(
+        [apart[:, 2, 1] - apart[:, 1, 2], apart[:, 0, 2] - apart[:, 2, 0], apart[:, 1, 0] - apart[:, 0, 1]], axis=1
+    )
+    return vector / np.sqrt(1.0 + np.trace(apart, axis1=1, axis2=2))[:, None]
 
 
 def _entered(maps: TickMaps, stepped: tuple[str, ...], commanded: tuple[str, ...]) -> list[Matrix]:

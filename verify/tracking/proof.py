@@ -19,10 +19,10 @@ from verify.data.disturbance import Disturbance
 from verify.data.trajectory import Trajectory
 from verify.data.vehicle import Vehicle
 from verify.tracking.error_model import NEAR, Bounds, Cell, ErrorModel, Inputs, NotProved, fed_of, feeds_alone
-from verify.tracking.flatness import FedForward, Jet
+from verify.tracking.flatness import FedForward
 from verify.tracking.given import behind, delay_of
 from verify.tracking.loops import LoopChoice, heading_loop, lag_share, lateral_loop, reaction_of, roll_drag_of, vertical_loop
-from verify.tracking.nominal import Combined, known_response
+from verify.tracking.nominal import Combined, known_response, turned_at_commands
 from verify.tracking.plan_samples import fixed_heading, sample_plan
 from verify.tracking.remainders import inputs_of
 from verify.tracking.sampled_loop import REMEMBERED, TICK, Kernels, TickMaps, kernels_of
@@ -174,7 +174,7 @@ class _Loops:
         share = cell.choice.thrust
         self._alone = exact, between, _ = feeds_alone(model, share)
         forcing = self._forcing(exact, between)
-        moments = np.stack([_middle(jet) for jet in lateral_moments(exact)], axis=1)
+        moments = np.stack([jet.middle for jet in lateral_moments(exact)], axis=1)
         self._known = {
             name: known_response(maps[name], name, known, self._further(known, moments)) for name, known in forcing.items()
         }
@@ -184,21 +184,22 @@ class _Loops:
         moved = known_response(maps["vertical"], "vertical", constant, self._further(constant, moments, 0.0))
         for output, known in moved.items():  # a thrust that is off, but constant
             self._known["vertical"][output] = self._known["vertical"][output] + off * known
-        self._known["heading"] = {name: np.zeros(ticks) for name in self._kernels["heading"].outputs}
         self._turned = np.linalg.norm(forcing["lateral"]["eacc"], axis=1)
         self._sloped = np.maximum(np.abs(exact.rate.value.low), np.abs(exact.rate.value.high))
 
     def _forcing(self, exact: FedForward, between: FedForward) -> dict[str, dict[str, Floats]]:
-        """Return the known inputs of the lateral and vertical loops."""
+        """Return the known inputs of the three loops."""
         plan, choice, model = self._model.plan, self._cell.choice, self._model
         flat, middle = [each[:, :2] for each in (self._force, self._jerk, self._snap)], model.force("middle")[0]
-        moments, later = (np.stack([_middle(jet) for jet in lateral_moments(each)], axis=1) for each in (exact, between))
+        moments, later = (np.stack([jet.middle for jet in lateral_moments(each)], axis=1) for each in (exact, between))
         curved = (model.force("middle")[2][:, :2] - later) - (flat[2] - moments)
 
-        def grown(values: Floats) -> Floats:
-            return values - np.concatenate([np.zeros((1, 2)), values[:-1]])
+        def before(values: Floats) -> Floats:
+            return np.concatenate([0.0 * values[:1], values[:-1]])
 
-        before = [np.concatenate([np.zeros((1, 2)), each[:-1]]) for each in flat]
+        def grown(values: Floats) -> Floats:
+            return values - before(values)
+
         lateral = {
             "acc": (choice.thrust - 1.0) * middle[:, :2],
             "eacc": (choice.torque - 1.0) * moments
@@ -206,20 +207,28 @@ class _Loops:
             - roll_drag_of(model.vehicle, model.airframe) * (flat[1] + 0.5 * TICK * flat[2]),
             "place": plan.seen[:, 0, :2],
             "speed": plan.seen[:, 1, :2],
-            "dj": -(grown(flat[0]) - TICK * before[1] - 0.5 * TICK**2 * before[2]),
-            "ej": -(grown(flat[1]) - TICK * before[2]),
+            "dj": -grown(flat[0]) + before(TICK * flat[1] + 0.5 * TICK**2 * flat[2]),
+            "ej": -grown(flat[1]) + TICK * before(flat[2]),
             "muj": -grown(moments),
         }
         vertical = {
             "acc": (choice.thrust - 1.0) * middle[:, 2:],
-            "rate": _middle(exact.rate)[:, None],
+            "rate": exact.rate.middle[:, None],
             "place": plan.seen[:, 0, 2:],
             "speed": plan.seen[:, 1, 2:],
         }
-        return {"lateral": lateral, "vertical": vertical}
+        spin, spins = exact.rates[2].middle[:, None], exact.rates_change[2].middle[:, None]
+        heading = {
+            "fj": turned_at_commands(exact)[:, 2:],
+            "oj": -grown(spin) + TICK * before(spins),
+            "muj": -grown(spins),
+        }
+        return {"lateral": lateral, "vertical": vertical, "heading": heading}
 
     def _further(self, known: Mapping[str, Floats], moments: Floats, aimed: float = 1.0) -> Combined:
         """Return outputs beside the loops': what thrust pushes beside the plan, and feedback and tilt beside what they tend to."""
+        if "acc" not in known:
+            return {}
         share, axes = self._cell.choice.thrust, known["acc"].shape[1]
         part = slice(0, 2) if axes == 2 else slice(2, 3)
         tends = -aimed * (1.0 / share - 1.0)
@@ -323,10 +332,6 @@ class _Loops:
                     parts[cause] = parts.get(cause, 0.0) + float(share * moved)
         parts["set-points"] = parts.get("set-points", 0.0) + float(late[tick])
         return TrackingBound(float(course[tick]), float(self._model.plan.times[tick]), course, parts)
-
-
-def _middle(jet: Jet) -> Floats:
-    return 0.5 * (jet.value.low + jet.value.high)
 
 
 def _within(after: Bounds, before: Bounds) -> bool:

@@ -29,7 +29,6 @@ from verify.tracking.error_model import (
     along_slopes,
     most_of,
     shifted,
-    size_of,
 )
 from verify.tracking.loops import lag_share, roll_drag_of
 from verify.tracking.sampled_loop import TICK
@@ -119,7 +118,7 @@ class _Remainders(Circumstances):
         sampled = abs(cell.choice.thrust - 1.0) * (0.5 * TICK * jerk + self.model.plan.jumps[:, 2]) + ROUNDING
         roll = roll_drag_of(model.vehicle, model.airframe)
         rolled = roll * (tilts.slide * tilts.lean + 0.5 * TICK * model.reach(2)[0] + model.stepped(1)[:, 0])
-        here = np.ones(len(force))
+        here, (felt, unswung) = np.ones(len(force)), self.unswung
         n: Inputs = {
             ("lateral", "acc", "wind"): self.wind[0] * here,
             ("lateral", "acc", "air"): self.dragged,
@@ -131,9 +130,10 @@ class _Remainders(Circumstances):
             ("lateral", "u", "attitude"): gains.attitude[0] * strong * told.attitude,
             ("lateral", "u", "plan"): gains.attitude[0] * strong * self.stale,
             ("lateral", "u", "set-points"): tilts.given,
-            ("lateral", "u", "coupling"): np.maximum(tilts.law - tilts.given, 0.0) + strong * (self.countered[0] + self.bent),
+            ("lateral", "u", "coupling"): np.maximum(tilts.law - tilts.given, 0.0) + strong * (felt + self.bent),
+            ("lateral", "spun", "coupling"): strong * self.swung,
             ("lateral", "eacc", "mass and thrust"): cell.spread[1] * strong * tilts.moved,
-            ("lateral", "eacc", "coupling"): strong * (self.gyration[0] + self.hub_turn)
+            ("lateral", "eacc", "coupling"): strong * (unswung + self.hub_turn)
             + tilts.turned
             + rolled
             + cell.torque[1] * tilts.carried,
@@ -166,8 +166,8 @@ class _Remainders(Circumstances):
         return {("lateral", name, "start"): self._at_first(float(size)) for name, size in sizes.items()}
 
     def _spun_jumps(self) -> tuple[Floats, Floats]:
-        """Bound jumps of the rate about z that is fed forward, less what was fed forward of it, and of its change."""
-        before, alone = Before(), self.all.alone
+        """Bound jumps of the rate about z that is fed forward, less what was fed forward of it, and of its change, beside the plan's own."""
+        before = Before()
         share = abs(1.0 - 1.0 / self.cell.choice.thrust)
         (side, up), steps = self.model.reach(1), self.model.stepped(0)[:, 0]
         grown = (
@@ -178,13 +178,8 @@ class _Remainders(Circumstances):
         rates, turns = self.fed.rates[2].slope, self.fed.rates_change[2].slope
         drift = [now - before(now) for now in turns]
         slid = [now - before(now) - before(turn).times(TICK) for now, turn in zip(rates, turns, strict=True)]
-        rate, turn = alone.rates[2].value, alone.rates_change[2].value
-        rate = (
-            size_of(rate - before(rate) - before(turn).times(TICK))
-            + along_slopes(rates, *grown)
-            + along_slopes((*slid,), *held)
-        )
-        turn = size_of(turn - before(turn)) + along_slopes(turns, *grown) + along_slopes((*drift,), *held)
+        rate = along_slopes(rates, *grown) + along_slopes((*slid,), *held)
+        turn = along_slopes(turns, *grown) + along_slopes((*drift,), *held)
         off, slid = (self.all.strayed(of) for of in (lambda fed: fed.rates[2], lambda fed: fed.rates_change[2]))
         rate, turn = rate + off + shifted(off + TICK * slid), turn + slid + shifted(slid)
         return rate + ROUNDING, turn + ROUNDING

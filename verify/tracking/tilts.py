@@ -107,7 +107,7 @@ class Tilts:
         shifts: By how much that changes until the next one.
         twist: The attitude's error about the axis, rad.
         askew: How far it is from the twist beside the plan's attitude.
-        restarted: What the plan's attitude turns about z by at a command beside what was fed forward, rad.
+        restarted: What the twist jumps by at a command beside what is known of the plan's attitude, rad.
         curved: Distance of the plan's force from what its derivatives at the command make of it.
         slide: Rate of the scale, m/s^3.
         broken: Jumps of tilt, rate and moment where the plan's pieces join.
@@ -233,11 +233,15 @@ class Tilts:
             raise NotProved("the attitude's error may be more than 53 degrees")
         self.askew = about + parted**2 / 7.0 * twist + 0.5 * parted * np.minimum(self._swayed, self.tip)
         self._rates = rates[0]
-        drift = 4.0 * TICK**3 * (turning * sum(rates) + sum(rates) ** 3) / upright**3
-        first, rest, stepped = self._model.force()[0][0], self._model.rest.tilt, 1.1 * plain
+        whole, first, stepped = sum(rates), self._model.force()[0][0], 1.1 * plain
         lean = float(np.linalg.norm(first[:2]) / first[2])
-        slid = stepped * (ahead / upright + 0.5 * (self._swayed + stepped))
-        self.restarted = shifted(drift + slid, lean * (2.0 * lean + 0.6 * rest))
+        drift = 4.0 * TICK**3 * (turning * whole + whole**3) / upright**3
+        about, stepped = shifted(drift + stepped * ahead / upright, lean * lean), shifted(stepped, lean)
+        swayed = np.maximum(self._swayed + stepped, shifted(self._swayed))
+        twist = np.maximum(twist + about, shifted(twist))
+        spread = (about * (swayed**2 + twist**2) + (stepped**2 + about**2) * twist) / 7.0
+        fifth = TICK**5 / 100.0 * whole * turning * (turning + whole**2)
+        self.restarted = shifted(fifth) + ROUNDING + 0.5 * stepped * swayed + spread
 
     def _parting(self) -> tuple[Floats, Floats]:
         """Bound how fast the attitude that is asked turns beside the plan's: about x and y together, and about z, rad/s."""

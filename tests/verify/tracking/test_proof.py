@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from flight.control import controller
+from flight.control.flatness import feed_forward
 from flight.model import timing
+from flight.model.attitude import from_matrix, quaternion_product, quaternion_rate, unit
 from tests.benchmarks.tracking import step_of
 from tests.helpers.few import few_of
 from tests.helpers.vehicles.disturbed_flights import Disturbed
@@ -15,9 +17,10 @@ from verify.data.airframe import load_airframe
 from verify.data.disturbance import Disturbance
 from verify.data.vehicle import load_vehicle
 from verify.tracking import error_model, sampled_loop
-from verify.tracking.circumstances import Circumstances
-from verify.tracking.error_model import NotProved, fed_of
+from verify.tracking.circumstances import Circumstances, led_root
+from verify.tracking.error_model import NotProved, fed_of, feeds_alone
 from verify.tracking.loops import LoopChoice, heading_loop, lateral_loop, vertical_loop
+from verify.tracking.nominal import turned_at_commands
 from verify.tracking.proof import _Loops, cells_of, model_of, prove
 from verify.tracking.sampled_loop import SUBSTEPS
 from verify.tracking.tilts import Attitudes
@@ -180,8 +183,44 @@ def test_rotors_have_to_change_by_no_more_than_is_counted_with(path):
         assert np.max(flown / bound) > 0.03, name
 
 
+def test_the_lead_asks_no_more_than_its_bound_and_comes_near():
+    """Thrusts and what they are to be, densely sampled, against the bound on the speed that the lead asks."""
+    rng, lead, closest = np.random.default_rng(5), 3.6, 0.0
+    for _ in range(60):
+        least = rng.uniform(0.02, 0.08)
+        most, sooner = least + rng.uniform(0.001, 0.06), rng.uniform(0.0001, 0.015)
+        led = rng.uniform(least, most + lead * sooner)
+        now, apart = np.meshgrid(np.linspace(least, most, 300), np.linspace(-sooner, sooner, 301))
+        wanted = now + apart
+        may = (wanted > 0.0) & (now + lead * apart <= led)
+        asked = (np.sqrt(now) + lead * (np.sqrt(np.where(may, wanted, 0.0)) - np.sqrt(now)))[may]
+        bound = float(led_root(*(np.array([x]) for x in (least, most, led, lead * sooner)))[0])
+        assert asked.max() <= bound
+        closest = max(closest, float(asked.max()) / bound)
+    assert closest > 0.99
+
+
+def test_a_plans_attitude_turns_at_commands_by_what_is_known():
+    """Rates that are held, turned on in steps of a microsecond's order, against the closed form; and attitudes against the controller's own."""
+    path = bend(2.0)
+    model = model_of(path, path.duration, tuple(path.coefficients[0, :3, 0]), VEHICLE, Disturbance(airframe=AIRFRAME, sag=0.0))
+    known, flat = turned_at_commands(feeds_alone(model, 1.0)[0]), np.stack(model.force())
+    zero = np.zeros(len(model.plan))
+    ahead = feed_forward(*flat.transpose(0, 2, 1), zero, zero, zero)
+    quaternions, steps = from_matrix(ahead.turn), 2000
+    held = np.concatenate([np.array([[1.0], [0.0], [0.0], [0.0]]), quaternions[:, :-1]], axis=1)
+    rates, changes = (np.concatenate([np.zeros((3, 1)), each[:, :-1]], axis=1) for each in (ahead.rates, ahead.rates_change))
+    for step in range(steps):
+        turned = sampled_loop.TICK / steps * (rates + sampled_loop.TICK * (step + 0.5) / steps * changes)
+        held = unit(held + quaternion_rate(held, turned))
+    inverse = quaternions * np.array([[1.0], [-1.0], [-1.0], [-1.0]])
+    apart = quaternion_product(inverse, held)
+    assert np.abs(known).max() > 1e-5
+    assert np.abs(2.0 * apart[1:] * np.sign(apart[:1]) - known.T).max() < 1e-7
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("path", [line(0.6, 3.2), hover(2.0)], ids=["fast", "hover"])
+@pytest.mark.parametrize("path", [line(0.6, 3.2), hover(2.0), bend()], ids=["fast", "hover", "bend"])
 def test_each_step_leaves_no_more_than_its_inputs_allow(path):
     """The linear maps against the simulator, step by step and far from rest: what is left is within the bounded inputs of that step."""
     told = Disturbance(airframe=AIRFRAME, wind=0.06, position=5e-5, gyroscope=0.003, start=5e-4, sag=0.0)

@@ -104,6 +104,24 @@ def test_the_worst_signal_reaches_the_gain(late):
     assert 0.9 * gain <= worst <= gain * (1 + 1e-12)
 
 
+def test_gyroscopic_moments_and_what_the_law_asks_against_them_cancel_in_the_end():
+    """Both as one input move tilts as they do apart, much less than the sum of both, and not at all where they last."""
+    loop = lateral_loop(VEHICLE, AIRFRAME, LoopChoice(1.0, 1.0, 2, 1.0))
+    kernels, at = kernels_of(loop, 300), loop.states.index("d")
+    rng = np.random.default_rng(3)
+    for signal in (rng.choice([-1.0, 1.0], 3000), np.repeat(rng.choice([-1.0, 1.0], 60), 50), np.ones(3000)):
+        x, found = np.zeros(len(loop.states)), []
+        for step, size in enumerate(signal):
+            x = loop.jump.mid @ x if step % SUBSTEPS == 0 else x
+            x = loop.step.mid @ x + (loop.stepped["u"].mid[:, 0] - loop.stepped["eacc"].mid[:, 0]) * size
+            if step % SUBSTEPS + 1 == loop.seen:
+                x[[t for _, t in loop.recorded]] = x[[s for s, _ in loop.recorded]]
+            found.append(abs(x[at]))
+        assert max(found) <= kernels.gain("d", "spun")
+    assert found[-1] < 0.01 * max(found)
+    assert kernels.gain("d", "spun") < 0.5 * (kernels.gain("d", "u") + kernels.gain("d", "eacc"))
+
+
 def test_matrices_enclose_what_they_are_made_of():
     made = arb_mat(2, 2, [arb(1) / 3, arb(2), arb(0), arb(1) / 7])
     found = Matrix.of(made)
