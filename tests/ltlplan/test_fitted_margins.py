@@ -7,7 +7,8 @@ from types import SimpleNamespace
 import pytest
 
 import ltlplan
-from ltlplan import pipeline
+from ltlplan import load_mission, pipeline
+from ltlplan.commands.support import options
 from ltlplan.logic.budget import DEFAULT_BUDGET
 from tests.helpers.motion.flights import small_mission
 from verify import certify, recheck
@@ -58,6 +59,14 @@ def test_margins_are_fitted_in_at_most_three_flights(monkeypatch, bounds, tried,
 
 def test_margins_that_are_stated_stay(monkeypatch):
     assert fitted(monkeypatch, lambda margin: 0.0123, fitted=False) == ([0.05], 0.05)
+
+
+def test_a_margin_that_a_command_states_is_not_fitted():
+    assert load_mission("proved-inspection").disturbance.fitted
+    mission = options.read_mission("proved-inspection", margin=0.01)
+    assert mission.margin == 0.01
+    assert not pipeline.fits_margin(mission)
+    assert pipeline.fits_margin(options.read_mission("proved-inspection"))
 
 
 def test_a_margin_that_is_kept_has_a_note_on_the_one_that_was_refused(monkeypatch):

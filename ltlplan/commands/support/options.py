@@ -103,5 +103,7 @@ def read_mission(
         changes["planner"] = mission.planner.model_copy(update={"cost": parse_cost(cost)})
     if margin is not None:
         changes["margin"] = margin
+        if mission.disturbance is not None:  # what is stated here is not fitted
+            changes["disturbance"] = mission.disturbance.model_copy(update={"fitted": False})
     mission = check_mission(mission.model_copy(update=changes)) if changes else mission
     return with_pace(mission, pace_of(pace))
