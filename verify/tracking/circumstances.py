@@ -20,7 +20,6 @@ from verify.tracking.error_model import (
     Fed,
     H,
     NotProved,
-    most_of,
     shifted,
 )
 from verify.tracking.loops import lag_share, reaction_of, roll_drag_of
@@ -35,8 +34,7 @@ class Circumstances:
         self.model, self.cell, self.bounds, self.held, self.fed, self.all = model, cell, bounds, held, fed.here, fed
         vehicle, air, told = model.vehicle, model.airframe, model.disturbance
         self.tilts = Tilts(model, cell, bounds, held, fed)
-        self.tip, self.slip = self.tilts.tip, self.tilts.slip
-        self.swing = bounds.heading["o"]  # of the rates' error, rad/s
+        self.tip = self.tilts.tip
         self.weak = fed.here.length.value.low  # m/s^2, of the force that is asked
         self.upright = np.sqrt(1.0 - held.lean * held.lean)
         self.leaning = self.tilts.lean
@@ -44,7 +42,7 @@ class Circumstances:
         turn = held.turning + held.spinning
         fast = held.rates + held.spin
         self.stale = 10.0 * (0.5 * H**2 * turn + H**3 * (fast**3 / 12.0 + fast * turn / 6.0))  # rad: attitude held in steps
-        self.body = held.rates + self.slip, held.spin + self.swing
+        self.body = self.tilts.rates[0] + self.tilts.slip, self.tilts.rates[1] + self.bounds.heading["o"]
         jx, jy, jz = vehicle.inertia
         sensed = self.body[0] + told.gyroscope, self.body[1] + told.gyroscope
         cross, spin = max(abs(jz - jy) / jx, abs(jx - jz) / jy), 0.5 * abs(jy - jx) / jz
@@ -54,7 +52,7 @@ class Circumstances:
         cross, spin = (cross + more * (jz + max(jx, jy)) / min(jx, jy)) / less, (spin + 0.5 * more * (jx + jy) / jz) / less
         self.gyration = cross * self.body[0] * self.body[1], spin * self.body[0] ** 2
         self.sag = told.sag * cell.thrust[1]
-        self._cubic()
+        self._steps()
         self._rotors()
         self._air(vehicle, air)
 
@@ -65,21 +63,21 @@ class Circumstances:
         flat, heading, tilts = self.bounds.lateral, self.bounds.heading, self.tilts
         jx, jy, jz = vehicle.inertia
         arm, reach, small = vehicle.arm / math.sqrt(2.0), max(jx, jy), min(jx, jy)
-        scale = tilts.least * tilts.upright
+        scale = tilts.least
         unknown = gains.rate[0] * told.gyroscope + gains.attitude[0] * (told.attitude + self.stale) + self.countered[0]
         unknown = unknown + (tilts.law + ROUNDING) / scale
-        ahead = flat["asked"] / scale + unknown
+        ahead, own = flat["asked"] / scale + unknown, TICK * tilts.slide * tilts.turns[0] / scale
         ahead_spin = heading["asked"] + gains.rate[1] * told.gyroscope + gains.attitude[1] * (told.attitude + self.stale)
-        ahead_spin = ahead_spin + self.countered[1] + gains.attitude[1] * tilts.askew
+        ahead_spin = ahead_spin + self.countered[1] + tilts.law_spin
         self.ahead = ahead, ahead_spin  # rad/s^2 that rotors have still to change by
         k, lead = air.thrust_coefficient, air.rotor_lag / gains.quickened_lag
         share, pull, yaw = 0.25 * vehicle.mass, reach / (4.0 * arm), jz / (4.0 * vehicle.torque_to_thrust)
         c = share * (self.bounds.vertical["b"] + self.low_thrust)
         tilt, spin = pull * ahead, yaw * ahead_spin
-        turns = held.spinning + heading["mu"]
+        turns = tilts.turns[1] + heading["mu"]
         root2 = math.sqrt(2.0)
         moments = root2 * pull * tilts.moved + yaw * turns
-        wanted = root2 * pull * (flat["steering"] / scale + unknown) + yaw * (turns + ahead_spin)
+        wanted = root2 * pull * (flat["steering"] / scale + own + unknown) + yaw * (turns + ahead_spin)
         weakest, strongest = self._thrusts()
         self.mean = share * weakest, share * strongest
         asked = held.least - self.low_thrust, held.most
@@ -88,7 +86,9 @@ class Circumstances:
         room = np.all(self.least > 1.001 * vehicle.rotor_thrust_min) and np.all(self.most < 0.999 * vehicle.rotor_thrust_max)
         if not room or not np.all(self.least > 0.0):
             raise NotProved(f"a rotor may need {1000 * self.least.min():.0f} to {1000 * self.most.max():.0f} mN and saturate")
-        led = share * (held.most + lead * self.bounds.vertical["b"]) + root2 * pull * (flat["leading"] / scale + lead * unknown)
+        led = share * (held.most + lead * self.bounds.vertical["b"]) + root2 * pull * (
+            flat["leading"] / scale + own + lead * unknown
+        )
         led = led + yaw * (turns + lead * ahead_spin)
         fastest = math.sqrt(vehicle.rotor_thrust_max / k) * told.battery
         slowest = math.sqrt(vehicle.rotor_thrust_min / k)
@@ -102,8 +102,8 @@ class Circumstances:
         least, most = vehicle.thrust_min / vehicle.mass, vehicle.thrust_max / vehicle.mass
         if not np.all(held.least - self.low_thrust > 1.001 * least) or not np.all(held.most < 0.999 * most):
             raise NotProved("the collective thrust may reach its least or most")
-        soon = 1.2 * lag_share(air)  # of what is ahead, at the end of a step
-        turned, spun = pull * (tilts.moved + soon * ahead), yaw * (turns + soon * ahead_spin)
+        between = within_a_step(self.least, lag_share(air) * sooner)
+        turned, spun = pull * tilts.moved + between, yaw * turns + between
         root = np.sqrt(self.least)
         self.apart = np.minimum((math.sqrt(2.0) * turned + spun) / self.least, 1.0)
         self.uneven_speeds = (
@@ -139,7 +139,7 @@ class Circumstances:
         """Bound what the law asks against gyroscopic moments, and these, beside those of a vehicle as meant at the beginning of a step, rad/s^2."""
         told, (wide, about), most = self.model.disturbance, self.body, self.cell.torque[1]
         turning = most * self.tilts.moved + self.gyration[0] + self.hub_turn + self.moment[0]
-        spinning = most * (self.held.spinning + self.bounds.heading["mu"]) + self.gyration[1] + self.hub_spin
+        spinning = most * (self.tilts.turns[1] + self.bounds.heading["mu"]) + self.gyration[1] + self.hub_spin
         spinning = spinning + self.reaction + self.moment[1]
         changed = H * self._cross * (turning * (about + H * spinning) + wide * spinning)
         changed = changed + H * self.swung * (wide + about + self.tilts.slide / self.tilts.least)
@@ -212,26 +212,19 @@ class Circumstances:
     def coupled_up(self) -> Floats:
         """Share of a thrust that tilts, and its error's, that is not vertical as commanded, m/s^2."""
         held, tilts = self.held, self.tilts
-        low = np.minimum(tilts.across * (2.0 * held.lean + tilts.across), np.maximum(tilts.lean, held.lean) ** 2)
+        low = np.minimum(tilts.tip * (2.0 * held.lean + tilts.tip), np.maximum(tilts.lean, held.lean) ** 2)
         low = low / (2.0 * tilts.upright)
         return self.bounds.vertical["b"] * (1.0 - np.sqrt(1.0 - tilts.lean**2)) + held.most * low
 
-    def _cubic(self) -> None:
-        """Bound how far the held attitude and thrust leave the plan's force until the next command."""
-        held, t = self.held, TICK
-        fifth = np.hypot(*self.model.reach(3))
-        whole, turn = held.rates + held.spin, held.turning + held.spinning
-        third = held.most * (3.0 * whole * turn + whole**3) + 3.0 * held.slope * (turn + whole**2)
-        strayed, _ = self.model.given.strayed
-        steps = (self.model.stepped(0) + t * self.model.stepped(1) + 0.5 * t * t * self.model.stepped(2))[:, 0]
-        cubic = t**3 / 6.0 * (fifth + third) + steps + strayed + ROUNDING
-        bend = 0.5 * t * t * most_of(self.fed.change)
-        self.missed_up = cubic + bend
+    def _steps(self) -> None:
+        """Bound by how much the force that is asked jumps at commands, from what was held to."""
+        held, tilts, lateral = self.held, self.tilts, self.bounds.lateral
+        self.missed_up = tilts.cubic + tilts.bend
         first = float(np.linalg.norm(self.model.force()[0][0] - np.array([0.0, 0.0, GRAVITY])))
-        self.end = shifted(np.hypot(cubic + bend * held.lean, self.missed_up), first)
+        self.end = shifted(np.hypot(tilts.cubic + tilts.bend * held.lean, self.missed_up), first)
         self.lean_between = np.maximum(held.lean, shifted(held.lean))
         self.upright_between = np.minimum(self.upright, shifted(self.upright, 1.0))
-        self.force_step = self.bounds.lateral["grown"] + self.end, self.bounds.vertical["grown"] + self.end
+        self.force_step = lateral["grown"] + self.end, self.bounds.vertical["grown"] + self.end
 
 
 def led_root(least: Floats, most: Floats, led: Floats, sooner: Floats) -> Floats:
@@ -249,3 +242,16 @@ def led_root(least: Floats, most: Floats, led: Floats, sooner: Floats) -> Floats
     tied = np.clip(led - sooner, least, most)
     ends = [0.5 * (np.sqrt(end) + led / np.sqrt(end)) for end in (tied, most)]
     return np.maximum(np.maximum(*ends), np.sqrt(least) + 0.5 * sooner / np.sqrt(least))
+
+
+def within_a_step(least: Floats, sooner: Floats) -> Floats:
+    """Bound how far a thrust is in a step from where it would be on a straight way between its ends, N.
+
+    All rotors' speeds approach what is asked by one law, so that with a share x of that way a thrust is the square of a + x b, off the straight one by b^2 / 4 at most.
+    The roots of two thrusts differ by no more than the thrusts over the root of one of them.
+
+    Args:
+        least: Thrust of a rotor, N.
+        sooner: Share of a step, times how far what is asked of a rotor may be from what it gives, N.
+    """
+    return sooner * sooner / least

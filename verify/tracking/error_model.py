@@ -146,13 +146,11 @@ class Fed:
     Attributes:
         here: At the commands.
         alone: With the plan's force over the cell's thrust, to which feedback tends.
-        middle: The same, between two commands.
         given: As `alone`, with derivatives as set-points may give them.
     """
 
     here: FedForward
     alone: FedForward
-    middle: FedForward
     given: FedForward
 
     def moved(self, of: Callable[[FedForward], Jet], bounds: Bounds) -> Floats:
@@ -174,24 +172,23 @@ class Fed:
         return size_of(of(self.given).value - of(self.alone).value)
 
 
-def feeds_alone(model: ErrorModel, share: float) -> tuple[FedForward, FedForward, FedForward]:
-    """Return what is fed forward for the plan's force over the share: at the commands, between, and as set-points may give it.
+def feeds_alone(model: ErrorModel, share: float) -> tuple[FedForward, FedForward]:
+    """Return what is fed forward for the plan's force over the share at the commands: the plan's, and as set-points may give it.
 
     Args:
         model: The robot.
         share: Acceleration over the acceleration that is commanded.
     """
     given, none = model.given, np.zeros((3, len(model.plan), 3))
-    (force, jerk, snap), between = model.force(), model.force("middle")
+    force, jerk, snap = model.force()
     wide = given.spread / np.array([share, 1.0, 1.0])[:, None, None]
     return (
         fed_forward(force / share, jerk, snap, none, sloped=False),
-        fed_forward(between[0] / share, between[1], between[2], none, sloped=False),
         fed_forward(force / share, given.jerk, given.snap, wide, sloped=False),
     )
 
 
-def fed_of(model: ErrorModel, bounds: Bounds, alone: tuple[FedForward, FedForward, FedForward], share: float) -> Fed:
+def fed_of(model: ErrorModel, bounds: Bounds, alone: tuple[FedForward, FedForward], share: float) -> Fed:
     """Return what is fed forward.
 
     Args:

@@ -1,8 +1,7 @@
 """The linear loops of the geometric controller about a hover: one horizontal axis, the vertical one, and the heading.
 
-Horizontally the state is the position's and the velocity's error, the error d of the tilt times the strength of thrust, against the force that is asked,
-its rate e, the angular acceleration mu that the rotors lag behind (both times that strength), the sum of errors, the feedback p that is held, how much
-more thrust pulls than tilts are meant for, and what the cameras saw. Vertically the error b of the thrust takes the place of d, e and mu. All matrices are exponentials in balls of 200 bits.
+Horizontally the state is the position's and the velocity's error, the error d of the tilt times the strength of thrust, beside the plan's attitude and the feedback, that of its rate e, the angular acceleration mu that the rotors lag behind (both times that strength), the sum of errors, the feedback p that is held, how much
+less it turns attitudes than is linear, and what the cameras saw. Vertically the error b of the thrust takes the place of d, e and mu. All matrices are exponentials in balls of 200 bits.
 """
 
 from __future__ import annotations
@@ -52,10 +51,10 @@ def lateral_loop(vehicle: Vehicle, airframe: AirframeTable, choice: LoopChoice) 
     with _precise():
         stiff, damping = arb(gains.attitude[0]), arb(gains.rate[0])
         pull, torque = arb(choice.thrust), arb(choice.torque)
-        flow = _Flow(("xi", "nu", "d", "e", "p", "mu", "ahead", "fading", "acc", "eacc"))
+        flow = _Flow(("xi", "nu", "d", "e", "p", "mu", "ahead", "fading", "acc", "drate", "eacc"))
         flow.set("xi", nu=1)
         flow.set("nu", p=pull, d=pull, nu=-drag_of(vehicle, airframe)[0], acc=1)
-        flow.set("d", e=1)
+        flow.set("d", e=1, drate=1)
         flow.set("e", **_lagged(airframe, torque), eacc=1, e=-roll_drag_of(vehicle, airframe))
         flow.set("fading", fading=-1 / arb(airframe.rotor_lag))
         over = flow.over_a_step()
@@ -66,7 +65,9 @@ def lateral_loop(vehicle: Vehicle, airframe: AirframeTable, choice: LoopChoice) 
         for name, value in aim.items():
             step[at["mu"], at[name]] += share * value
         order = ("xi", "nu", "d", "e", "mu")
-        inputs = {name: _column(names, {row: over[row, name] for row in order if row != "mu"}) for name in ("acc", "eacc")}
+        inputs = {
+            name: _column(names, {row: over[row, name] for row in order if row != "mu"}) for name in ("acc", "drate", "eacc")
+        }
         aimed = {row: over[row, "ahead"] + over[row, "fading"] for row in order if row != "mu"} | {"mu": share}
         inputs["u"] = _column(names, aimed)
         inputs["spun"] = inputs["u"] - inputs["eacc"]
@@ -81,14 +82,13 @@ def lateral_loop(vehicle: Vehicle, airframe: AirframeTable, choice: LoopChoice) 
         for effect in commanded.values():
             effect["d"] = -effect["p"]
         commanded |= {f"{name}j": {name: arb(1)} for name in ("d", "e", "mu", "pull")} | _begun(names, jump)
-    led, aims = (
-        airframe.rotor_lag / gains.quickened_lag,
-        {"d": -gains.attitude[0], "e": -gains.rate[0], "pull": -gains.attitude[0]},
-    )
+    aims = {"d": -gains.attitude[0], "e": -gains.rate[0], "pull": -gains.attitude[0]}
+    led = airframe.rotor_lag / gains.quickened_lag
     outputs = {name: _row(names, {name: 1.0}) for name in ("xi", "nu", "d", "e", "mu", "I", "p")}
     outputs |= {
         "pushed": _row(names, {"p": 1.0, "d": 1.0}),
         "hauled": _row(names, {"p": 1.0, "d": 1.0, "pull": 1.0}),
+        "tipped": _row(names, {"d": 1.0, "pull": 1.0}),
         "asked": _row(names, {"mu": -1.0, **aims}),
         "steered": _row(names, aims),
         "led": _row(names, {"mu": 1.0 - led, **{name: led * aim for name, aim in aims.items()}}),

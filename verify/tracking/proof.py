@@ -19,14 +19,14 @@ from verify.data.disturbance import Disturbance
 from verify.data.trajectory import Trajectory
 from verify.data.vehicle import Vehicle
 from verify.tracking.error_model import NEAR, Bounds, Cell, ErrorModel, Inputs, NotProved, fed_of, feeds_alone
-from verify.tracking.flatness import FedForward
+from verify.tracking.flatness import FedForward, Jet
 from verify.tracking.given import behind, delay_of
 from verify.tracking.loops import LoopChoice, heading_loop, lag_share, lateral_loop, reaction_of, roll_drag_of, vertical_loop
 from verify.tracking.nominal import Combined, known_response, turned_at_commands
 from verify.tracking.plan_samples import fixed_heading, sample_plan
 from verify.tracking.remainders import inputs_of
 from verify.tracking.sampled_loop import REMEMBERED, TICK, Kernels, TickMaps, kernels_of
-from verify.tracking.tilts import lateral_moments
+from verify.tracking.tilts import lateral_of
 
 _H = 0.002
 _ROUNDS = 60
@@ -172,9 +172,9 @@ class _Loops:
         maps, self._kernels = loops_of(*known_as)  # pyright: ignore[reportArgumentType]  # frozen models are hashable
         self._force, self._jerk, self._snap = model.force()
         share = cell.choice.thrust
-        self._alone = exact, between, _ = feeds_alone(model, share)
-        forcing = self._forcing(exact, between)
-        moments = np.stack([jet.middle for jet in lateral_moments(exact)], axis=1)
+        self._alone = exact, _ = feeds_alone(model, share)
+        moments = _sideways(exact.rates_change, exact.length)
+        forcing = self._forcing(exact)
         self._known = {
             name: known_response(maps[name], name, known, self._further(known, moments)) for name, known in forcing.items()
         }
@@ -187,29 +187,35 @@ class _Loops:
         self._turned = np.linalg.norm(forcing["lateral"]["eacc"], axis=1)
         self._sloped = np.maximum(np.abs(exact.rate.value.low), np.abs(exact.rate.value.high))
 
-    def _forcing(self, exact: FedForward, between: FedForward) -> dict[str, dict[str, Floats]]:
+    def _forcing(self, exact: FedForward) -> dict[str, dict[str, Floats]]:
         """Return the known inputs of the three loops."""
-        plan, choice, model = self._model.plan, self._cell.choice, self._model
-        flat, middle = [each[:, :2] for each in (self._force, self._jerk, self._snap)], model.force("middle")[0]
-        moments, later = (np.stack([jet.middle for jet in lateral_moments(each)], axis=1) for each in (exact, between))
-        curved = (model.force("middle")[2][:, :2] - later) - (flat[2] - moments)
+        plan, choice, model, moments = (
+            self._model.plan,
+            self._cell.choice,
+            self._model,
+            _sideways(exact.rates_change, exact.length),
+        )
+        middle = model.force("middle")[0]
+        rates, scale = _sideways(exact.rates, exact.length), exact.length.middle[:, None]
+        turned, (spin, spins) = (
+            turned_at_commands(exact),
+            (each[2].middle[:, None] for each in (exact.rates, exact.rates_change)),
+        )
+        turns = [np.stack([each[1].middle, -each[0].middle], axis=1) for each in (exact.rates, exact.rates_change)]
 
         def before(values: Floats) -> Floats:
             return np.concatenate([0.0 * values[:1], values[:-1]])
 
-        def grown(values: Floats) -> Floats:
-            return values - before(values)
-
         lateral = {
             "acc": (choice.thrust - 1.0) * middle[:, :2],
             "eacc": (choice.torque - 1.0) * moments
-            + curved
-            - roll_drag_of(model.vehicle, model.airframe) * (flat[1] + 0.5 * TICK * flat[2]),
+            - roll_drag_of(model.vehicle, model.airframe) * (rates + 0.5 * TICK * moments),
             "place": plan.seen[:, 0, :2],
             "speed": plan.seen[:, 1, :2],
-            "dj": -grown(flat[0]) + before(TICK * flat[1] + 0.5 * TICK**2 * flat[2]),
-            "ej": -grown(flat[1]) + TICK * before(flat[2]),
-            "muj": -grown(moments),
+            "dj": scale * np.stack([turned[:, 1], -turned[:, 0]], axis=1)
+            + (1.0 / choice.thrust - 1.0) * np.diff(self._force[:, :2], axis=0, prepend=0.0),
+            "ej": -scale * (turns[0] - before(turns[0] + TICK * turns[1])),
+            "muj": -scale * (turns[1] - before(turns[1])),
         }
         vertical = {
             "acc": (choice.thrust - 1.0) * middle[:, 2:],
@@ -217,11 +223,10 @@ class _Loops:
             "place": plan.seen[:, 0, 2:],
             "speed": plan.seen[:, 1, 2:],
         }
-        spin, spins = exact.rates[2].middle[:, None], exact.rates_change[2].middle[:, None]
         heading = {
-            "fj": turned_at_commands(exact)[:, 2:],
-            "oj": -grown(spin) + TICK * before(spins),
-            "muj": -grown(spins),
+            "fj": turned[:, 2:],
+            "oj": before(spin + TICK * spins) - spin,
+            "muj": before(spins) - spins,
         }
         return {"lateral": lateral, "vertical": vertical, "heading": heading}
 
@@ -299,8 +304,8 @@ class _Loops:
 
         slow = 1.0 - _H * roll_drag_of(model.vehicle, model.airframe)
         flat["e"] = (flat["e"] + _H * (choice.torque * flat["mu"] + total("lateral", "eacc") + self._turned)) / slow
-        for name, share in (("d", 1.0), ("pushed", 1.0), ("tilted", 1.0), ("push", choice.thrust)):
-            flat[name] = flat[name] + share * _H * flat["e"]
+        for name, share in (("d", 1.0), ("pushed", 1.0), ("tilted", 1.0), ("tipped", 1.0), ("push", choice.thrust)):
+            flat[name] = flat[name] + share * _H * (flat["e"] + total("lateral", "drate"))
         ramp = total("vertical", "rate") + self._sloped
         for name, share in (("b", 1.0), ("pushed", 1.0), ("push", choice.thrust)):
             up[name] = up[name] + share * _H * ramp
@@ -332,6 +337,11 @@ class _Loops:
                     parts[cause] = parts.get(cause, 0.0) + float(share * moved)
         parts["set-points"] = parts.get("set-points", 0.0) + float(late[tick])
         return TrackingBound(float(course[tick]), float(self._model.plan.times[tick]), course, parts)
+
+
+def _sideways(turns: tuple[Jet, Jet, Jet], length: Jet) -> Floats:
+    """Return rates, or their change, as they turn the thrust's axis, times the scale. Shape (ticks, 2)."""
+    return np.stack([jet.middle for jet in lateral_of(turns, length)], axis=1)
 
 
 def _within(after: Bounds, before: Bounds) -> bool:

@@ -18,7 +18,6 @@ from verify.tracking.circumstances import Circumstances
 from verify.tracking.error_model import (
     NEAR,
     ROUNDING,
-    Before,
     Bounds,
     Cell,
     ErrorModel,
@@ -26,8 +25,6 @@ from verify.tracking.error_model import (
     H,
     Inputs,
     NotProved,
-    along_slopes,
-    most_of,
     shifted,
 )
 from verify.tracking.loops import lag_share, roll_drag_of
@@ -113,17 +110,16 @@ class _Remainders(Circumstances):
         thrust = cell.choice.thrust * self.bounds.vertical["b"] + (cell.spread[0] + self.sag) * (
             self.held.most + self.bounds.vertical["b"]
         )
-        thrust = thrust + most * 0.5 * TICK**2 * most_of(self.fed.change)
-        coupled = thrust * tilts.lean + cell.choice.thrust * (tilts.longer * tilts.across + tilts.shifts)
+        coupled = thrust * tilts.lean + cell.choice.thrust * tilts.pushed
         sampled = abs(cell.choice.thrust - 1.0) * (0.5 * TICK * jerk + self.model.plan.jumps[:, 2]) + ROUNDING
-        roll = roll_drag_of(model.vehicle, model.airframe)
-        rolled = roll * (tilts.slide * tilts.lean + 0.5 * TICK * model.reach(2)[0] + model.stepped(1)[:, 0])
-        here, (felt, unswung) = np.ones(len(force)), self.unswung
+        roll, slid = roll_drag_of(model.vehicle, model.airframe), TICK * tilts.slide
+        felt, unswung = self.unswung
+        rolled = roll * (0.5 * TICK * strong * tilts.turns[0] + slid * tilts.rates[0])
+        here = np.ones(len(force))
         n: Inputs = {
             ("lateral", "acc", "wind"): self.wind[0] * here,
             ("lateral", "acc", "air"): self.dragged,
             ("lateral", "acc", "mass and thrust"): sampled,
-            ("lateral", "acc", "plan"): most * tilts.curved,
             ("lateral", "acc", "coupling"): coupled,
             ("lateral", "pullj", "coupling"): tilts.pulled,
             ("lateral", "u", "gyroscope"): gains.rate[0] * strong * told.gyroscope,
@@ -132,25 +128,32 @@ class _Remainders(Circumstances):
             ("lateral", "u", "set-points"): tilts.given,
             ("lateral", "u", "coupling"): np.maximum(tilts.law - tilts.given, 0.0) + strong * (felt + self.bent),
             ("lateral", "spun", "coupling"): strong * self.swung,
+            ("lateral", "drate", "coupling"): tilts.turned,
             ("lateral", "eacc", "mass and thrust"): cell.spread[1] * strong * tilts.moved,
             ("lateral", "eacc", "coupling"): strong * (unswung + self.hub_turn)
-            + tilts.turned
+            + tilts.slide * tilts.slip
             + rolled
+            + abs(cell.choice.torque - 1.0) * slid * tilts.turns[0]
             + cell.torque[1] * tilts.carried,
             ("lateral", "eacc", "moment"): strong * self.moment[0],
             ("lateral", "mu!", "coupling"): tilts.carried + tilts.broken[2],
             ("lateral", "d!", "plan"): tilts.broken[0],
             ("lateral", "e!", "plan"): tilts.broken[1],
+            ("lateral", "dj", "plan"): tilts.jumped[0],
+            ("lateral", "dj", "coupling"): tilts.jumped[1],
+            ("lateral", "dj", "set-points"): model.given.heading
+            * (flat["grown"] + shifted(TICK * jerk + model.stepped(0)[:, 0])),
         }
-        n |= {("lateral", name, "plan"): ROUNDING * here for name in ("dj", "ej", "muj")}
+        n |= {("lateral", name, "plan"): ROUNDING * here for name in ("ej", "muj")}
         n |= self._tilted()
         acceleration, torque = (total_of(n, "lateral", name) for name in ("acc", "eacc"))
         lag = lag_share(model.airframe)
         n |= self._joined("lateral", acceleration, model.drags[0])
         n["lateral", "e!", "within steps"] = strong * self.bent * cell.torque[1] * lag**2 * H * 1.01
         n["lateral", "d!", "within steps"] = 0.5 * H**2 * torque + n["lateral", "e!", "within steps"] * H
-        n["lateral", "nu!", "within steps"] = n["lateral", "nu!", "within steps"] + most * 0.5 * H**3 * torque
-        n["lateral", "xi!", "within steps"] = n["lateral", "xi!", "within steps"] + most * H**4 * torque
+        moved = tilts.turned + H * torque
+        n["lateral", "nu!", "within steps"] = n["lateral", "nu!", "within steps"] + most * 0.5 * H**2 * moved
+        n["lateral", "xi!", "within steps"] = n["lateral", "xi!", "within steps"] + most * H**3 * moved
         pace = model.plan.across[:, 1] + flat["nu"]
         change = self.model.plan.across[:, 2] + self.accelerations[0]
         return n | self._seen("lateral", pace, change)
@@ -160,29 +163,10 @@ class _Remainders(Circumstances):
         rest, tilts = self.model.rest, self.tilts
         sizes = {
             "dj": tilts.most[0] * rest.tilt,
-            "ej": tilts.most[0] * rest.turn + tilts.slide[0] * rest.tilt,
+            "ej": tilts.most[0] * rest.turn,
             "muj": tilts.most[0] * self.model.unbalanced[0],
         }
         return {("lateral", name, "start"): self._at_first(float(size)) for name, size in sizes.items()}
-
-    def _spun_jumps(self) -> tuple[Floats, Floats]:
-        """Bound jumps of the rate about z that is fed forward, less what was fed forward of it, and of its change, beside the plan's own."""
-        before = Before()
-        share = abs(1.0 - 1.0 / self.cell.choice.thrust)
-        (side, up), steps = self.model.reach(1), self.model.stepped(0)[:, 0]
-        grown = (
-            self.bounds.lateral["grown"] + shifted(share * (TICK * side + steps)),
-            self.bounds.vertical["grown"] + shifted(share * (TICK * up + steps)),
-        )
-        held = shifted(self.bounds.lateral["aim"]), shifted(self.bounds.vertical["aim"])
-        rates, turns = self.fed.rates[2].slope, self.fed.rates_change[2].slope
-        drift = [now - before(now) for now in turns]
-        slid = [now - before(now) - before(turn).times(TICK) for now, turn in zip(rates, turns, strict=True)]
-        rate = along_slopes(rates, *grown) + along_slopes((*slid,), *held)
-        turn = along_slopes(turns, *grown) + along_slopes((*drift,), *held)
-        off, slid = (self.all.strayed(of) for of in (lambda fed: fed.rates[2], lambda fed: fed.rates_change[2]))
-        rate, turn = rate + off + shifted(off + TICK * slid), turn + slid + shifted(slid)
-        return rate + ROUNDING, turn + ROUNDING
 
     @property
     def accelerations(self) -> tuple[Floats, Floats]:
@@ -221,15 +205,14 @@ class _Remainders(Circumstances):
 
     def heading(self) -> Inputs:
         """Bound the inputs of the loop of the heading."""
-        model, cell, held, told, tilts = self.model, self.cell, self.held, self.model.disturbance, self.tilts
+        model, cell, told, tilts = self.model, self.cell, self.model.disturbance, self.tilts
         gains, here, rest = model.airframe.gains, np.ones(len(model.plan)), model.rest
         _, off_torque = cell.spread
-        jump, turn = self._spun_jumps()
-        torque = off_torque * self.bounds.heading["mu"] + (abs(cell.choice.torque - 1.0) + off_torque) * held.spinning
+        torque = off_torque * self.bounds.heading["mu"] + (abs(cell.choice.torque - 1.0) + off_torque) * tilts.turns[1]
         n: Inputs = {
             ("heading", "u", "gyroscope"): gains.rate[1] * told.gyroscope * here,
             ("heading", "u", "attitude"): gains.attitude[1] * told.attitude * here,
-            ("heading", "u", "coupling"): gains.attitude[1] * (self.stale + tilts.askew) + self.countered[1] + self.bent_spin,
+            ("heading", "u", "coupling"): gains.attitude[1] * self.stale + tilts.law_spin + self.countered[1] + self.bent_spin,
             ("heading", "oacc", "coupling"): torque + self.gyration[1] + self.hub_spin + self.reaction,
             ("heading", "oacc", "moment"): self.moment[1] * here,
             ("heading", "frate", "coupling"): tilts.twisting,
@@ -237,8 +220,8 @@ class _Remainders(Circumstances):
             ("heading", "fj", "start"): self._at_first(1.1 * rest.heading + 0.3 * rest.tilt**2 + model.given.heading),
             ("heading", "oj", "start"): self._at_first(rest.turn),
             ("heading", "muj", "start"): self._at_first(model.unbalanced[1]),
-            ("heading", "oj", "coupling"): jump,
-            ("heading", "muj", "coupling"): turn,
+            ("heading", "oj", "plan"): ROUNDING * here,
+            ("heading", "muj", "plan"): ROUNDING * here,
         }
         bent = self.bent_spin * cell.torque[1] * lag_share(model.airframe) ** 2 * H * 1.01
         n["heading", "f!", "within steps"] = 0.5 * H**2 * total_of(n, "heading", "oacc") + H * bent

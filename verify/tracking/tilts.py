@@ -1,10 +1,10 @@
-"""Tilts against the force that is asked: bounds on them, and on what their equations have beside the linear ones.
+"""Attitudes beside the plan's: bounds on them, and on what their equations have beside the linear ones.
 
-The tilt is the horizontal part of the thrust's axis z times a scale s(t), which the plan alone makes: the length of its force over the cell's thrust. Its
-error is d = s z - F_h - p, where F_h follows the plan's force from each command by its first two derivatives, and p is the feedback. So d jumps at a command
-as p does, exactly. Then come e, its rate, and mu, the angular acceleration that is there times s, less the one that the plan needs; neither jumps but as the
-plan does. The law's errors of attitude and rates are those of z against the commanded axis h, as C(e_y, -e_x) = (z - h) + (Q - 1)(z - h) / 2, where C has the
-body's x and y as columns and Q turns the commanded attitude to the true one.
+The plan alone, over the cell's thrust, makes an attitude P at each command, and it turns on by the rates and their change that are fed forward of it. The error
+is q, twice the vector of the quaternion of P'R; so it moves at commands by what P alone jumps, which is known. Its horizontal part (q_y, -q_x), times a scale
+s(t) that the plan alone makes, is the feedback and an error d; so d jumps as the feedback does, exactly. Then come e and mu, rates and moments beside those of P,
+alike. The law asks for moments in body axes, where it is linear however the plan turns. What is left are products of q with rates, and what the feedback makes
+of attitudes, rates and moments that are commanded beside what is linear: they are held from command to command.
 """
 
 from __future__ import annotations
@@ -23,10 +23,8 @@ from verify.tracking.error_model import (
     Fed,
     H,
     NotProved,
-    along_slopes,
     most_of,
     shifted,
-    size_of,
 )
 from verify.tracking.flatness import FedForward, Jet
 from verify.tracking.sampled_loop import TICK
@@ -87,29 +85,30 @@ class Attitudes:
 
 
 class Tilts:
-    """Bounds on tilts, their rates and moments, until the next command. Each is shape (ticks,).
+    """Bounds on attitudes, their rates and moments, until the next command. Each is shape (ticks,).
 
     Attributes:
         least, most: Of the scale, m/s^2.
+        slide: Rate of the scale, m/s^3.
+        rates, turns: Of the plan's attitude: rates, and their change, about x and y together and about z.
+        swayed: Its distance from the true one about x and y, rad.
+        slip: Distance of the rates about x and y from the plan's, rad/s.
+        tilt, twist: The attitude's error against the commanded one, about x and y together and about z.
+        tip: Distance of the thrust's axis from the commanded one.
         lean: Sine of the tilt.
         upright: Cosine of it, and of the commanded one.
-        tip: Distance of the thrust's axis from the commanded one.
-        slip: Distance of the body rates about x and y from the commanded ones, rad/s.
-        moved: Angular acceleration by rotors about x and y, rad/s^2.
+        cubic: Distance of the held force from the plan's and the feedback until then, m/s^2, but for `bend` along itself.
+        pulled: What the feedback turns the attitude by beside what is linear, at commands, times the scale.
+        pushed: Force beside the linear one and that, horizontally, m/s^2.
         law: Moments that the law asks for beside the linear ones, times the scale.
         given: Those of them that set-points cost.
-        turned: Accelerations of the tilt beside the linear ones.
-        carried: What a step changes a moment's direction and scale by, times the scale.
-        away: Distance of the axis from the plan's, horizontally.
-        across: Distance of the axis from the commanded one, horizontally.
-        longer: Distance of the scale from the length of the force that is asked, m/s^2.
-        pulled: What that makes of the force at a command, horizontally.
-        shifts: By how much that changes until the next one.
-        twist: The attitude's error about the axis, rad.
-        askew: How far it is from the twist beside the plan's attitude.
-        restarted: What the twist jumps by at a command beside what is known of the plan's attitude, rad.
-        curved: Distance of the plan's force from what its derivatives at the command make of it.
-        slide: Rate of the scale, m/s^3.
+        law_spin: As `law`, about z, rad/s^2.
+        moved: Angular acceleration by rotors about x and y, rad/s^2.
+        turned: Rates of the attitude beside the linear ones, times the scale.
+        twisting: The same about z, rad/s.
+        carried: What a step changes a moment's scale by, times the scale.
+        jumped: Distance from what is known to what the plan's attitude turns by at a command, times the scale: alone, and by errors.
+        restarted: What it turns by about z, rad.
         broken: Jumps of tilt, rate and moment where the plan's pieces join.
     """
 
@@ -121,27 +120,12 @@ class Tilts:
         """
         self._model, self._cell, self._bounds, self._held, self._fed = model, cell, bounds, held, fed
         self._plan()
-        flat = bounds.lateral
-        self.lean = (self._side + flat["pushed"] + self.curved) / self.least
-        over = np.maximum(self.lean, held.lean)
-        if not np.all(over < 0.8):
-            raise NotProved("the vehicle may tilt by more than 53 degrees")
-        self.upright = np.sqrt(1.0 - over * over)
+        self._planned()
         self._lengths()
-        across = flat["d"] + self._third + self.longer * held.lean
-        self.across = across / self.least
-        self.tip = self.across / self.upright
-        self.away = (flat["tilted"] + abs(self._rho) * 0.5 * TICK * self._fast_side + self.curved) / self.least
-        self._beside()
-        self.twist = bounds.heading["f"] + self.askew
-        self.askew = self.askew + (self.tip**2 + self.twist**2) / 7.0 * self.twist
-        self.twist = bounds.heading["f"] + self.askew
-        whole = np.hypot(self.tip, self.twist)
-        if not np.all(whole < 0.8):
-            raise NotProved("the attitude's error may be more than 53 degrees")
-        straight = whole * whole / (1.0 + np.sqrt(1.0 - whole * whole))
-        self._swung = self.twist + self.tip * self.tip + self.lean * self.tip + straight
-        self._away_middle = self.away + 0.5 * TICK * self._first / (self.least * cell.choice.thrust)
+        self._held_force()
+        self._commanded()
+        self._errors()
+        self._axes()
         self._asked()
         self._turning()
 
@@ -171,30 +155,51 @@ class Tilts:
             (jumps[2] + 3.0 * first / long * steps[1] + (np.hypot(*reach[2]) + first**2 / long) / long * steps[0]) / share,
         )  # of the scale
 
+    def _planned(self) -> None:
+        """Bound the plan's attitude, alone: its rates and their change, its tilt, and how far its axis and it are from the plan's force by the next command."""
+        alone, rho = self._fed.alone, abs(1.0 / self._cell.choice.thrust - 1.0)
+        across, about = (np.hypot(*(most_of(jet) for jet in turns[:2])) for turns in (alone.rates, alone.rates_change))
+        self.turns = about, most_of(alone.rates_change[2])
+        self.rates = across + TICK * about, most_of(alone.rates[2]) + TICK * self.turns[1]
+        whole, turning, change = self.rates[0] + self.rates[1], self.turns[0] + self.turns[1], most_of(alone.change)
+        slope = most_of(alone.rate) + TICK * change
+        third = (alone.length.value.high + TICK * slope) * (3.0 * whole * turning + whole**3)
+        third = third + 3.0 * slope * (turning + whole**2) + 3.0 * change * whole
+        least = np.minimum(alone.length.value.low - TICK * slope, self.least)
+        self._third = TICK**3 / 6.0 * third + ROUNDING
+        slid = self.curved + rho * (TICK * self._first + self._jumped[0])
+        self._leans = np.hypot(*(most_of(jet) for jet in alone.axis[:2]))
+        self._ahead = np.maximum(self._side / (self.least * self._cell.choice.thrust), self._leans + TICK * self.rates[0])
+        if not np.all(self._ahead < 0.8):
+            raise NotProved("the vehicle may tilt by more than 53 degrees")
+        self._strayed = self.curved + 1.1 * self._third + slid * self._ahead
+        self._stepped = 1.1 * (self._third + slid) / least
+        upright = np.sqrt(1.0 - self._ahead**2)
+        self._fifth = shifted(TICK**5 / 100.0 * whole * turning * (turning + whole**2)) + ROUNDING
+        self._drift = 4.0 * TICK**3 * (turning * whole + whole**3) / upright**3
+        self._about = self._stepped * self._ahead / upright
+
     def _lengths(self) -> None:
-        """Bound how far the force that is asked, and its derivatives, are from the scale in length; and what its axis leaves of it."""
-        held, fed, alone = self._held, self._fed.here, self._fed.alone
+        """Bound how far the force that is asked, and its rate, are from the scale in length."""
+        alone = self._fed.alone
         share, long = self._cell.choice.thrust, self.least * self._cell.choice.thrust
         off = abs(1.0 - 1.0 / share)
-        change = most_of(fed.change)
         own = off * most_of(alone.change) + self._first**2 / long * abs(share - 1.0 / share)
-        drift = TICK * self._slide_third + self._bends[2]
-        self._changed = self._moved(lambda fed: fed.change) + own + drift
-        self._faster = self._moved(lambda fed: fed.rate) + off * most_of(alone.rate) + TICK * self._changed + self._bends[1]
-        tall = self._lengthened()
-        self.longer = tall + TICK * self._faster + self._bends[0]
-        self._ratio = self.longer / (held.least - 0.5 * TICK * TICK * change)
-        whole = held.rates + held.spin
-        third = 3.0 * held.lean * (held.rates * held.turning + held.spin * held.spinning)
-        third = third + 4.0 * (held.spin * held.turning + whole * held.spinning)
-        third = (held.most + TICK * TICK * change) * (third + whole**3)
-        third = third + 3.0 * (held.slope + TICK * change) * (held.turning + held.spinning + whole**2) + 3.0 * change * whole
-        strayed, faster = self._model.given.strayed
-        self._third = TICK**3 / 6.0 * third + strayed + ROUNDING
-        self._third_rate = 0.5 * TICK**2 * third + faster + ROUNDING
-        self._slope = held.slope + TICK * change
-        self.pulled = tall * held.lean  # at commands
-        self.shifts = TICK * (self._faster * held.lean + self.longer * held.rates)
+        changed = self._moved(lambda fed: fed.change) + own + TICK * self._slide_third + self._bends[2]
+        self._faster = self._moved(lambda fed: fed.rate) + off * most_of(alone.rate) + TICK * changed + self._bends[1]
+        self.tall = self._lengthened()
+        self.longer = self.tall + TICK * self._faster + self._bends[0]
+
+    def _held_force(self) -> None:
+        """Bound how far the held attitude and thrust leave the plan's force and the feedback until the next command."""
+        held, model, heading = self._held, self._model, self._model.given.heading
+        whole, turn = held.rates + held.spin, held.turning + held.spinning
+        third = held.most * (3.0 * whole * turn + whole**3) + 3.0 * held.slope * (turn + whole**2)
+        strayed, self.bend = model.given.strayed[0], 0.5 * TICK**2 * most_of(self._fed.here.change)
+        self.strayed = strayed + heading * (TICK * self._fast_side + self._jumped[0])
+        third = TICK**3 / 6.0 * third
+        self.cubic = third + self.curved + strayed + ROUNDING
+        self._held_third = third + self._third + self.bend * TICK * held.rates
 
     def _lengthened(self) -> Floats:
         """Bound how far the force that is asked at a command is from the scale in length."""
@@ -208,158 +213,131 @@ class Tilts:
             raise NotProved("the commanded force may vanish")
         return np.minimum(self._moved(lambda fed: fed.length), along + 0.5 * beside * beside / least) + ROUNDING
 
-    def _beside(self) -> None:
-        """Bound how far attitudes are from that which is fed forward of the plan alone, and turns as it says until the next command.
+    def _commanded(self) -> None:
+        """Bound how far attitudes, rates and moments that are commanded are from the plan's alone, until the next command.
 
-        The twist t beside it is twice the third component of the quaternion of the rotation r from it. By the rates w of the body and v of what is
-        fed forward of the plan, t' = cos(|r| / 2) (w - v)_3 + (q x v)_3 + (q x (w - v))_3 / 2, where q is twice the vector of that quaternion.
+        The feedback a turns the axis, in the axes x, y of the plan's attitude, to (x . a, y . a) over the length A of the force that is asked. That is a / s but for
+        the difference of A and s, for how x and y are tilted, and for what is vertical of a.
         """
-        held, fed, bounds, heading = self._held, self._fed.here, self._bounds, self._model.given.heading
-        twist, (tilting, spinning) = bounds.heading["f"], self._parting()
-        tilted = heading * self._side / self._cell.choice.thrust
-        angle = (bounds.lateral["aim"] + tilted + held.lean * bounds.vertical["aim"]) / fed.length.value.low + ROUNDING
-        cosine, planned = np.sqrt(1.0 - held.lean**2), self._fed.alone
-        leans = np.hypot(*(most_of(jet) for jet in planned.axis[:2]))
-        about = angle * np.minimum(held.lean, leans + 0.5 * angle) / cosine  # of what is asked at a command
-        parted = angle + about + TICK * (tilting + spinning)
-        about = about + TICK * (spinning + parted * held.rates + 0.5 * parted * tilting)
-        rates, turning, plain = self._planned()
-        ahead = np.maximum(self._side / (self.least * self._cell.choice.thrust), leans + TICK * rates[0])
-        if not np.all(ahead < 0.8):
-            raise NotProved("the vehicle may tilt by more than 53 degrees")
-        upright = np.minimum(self.upright, np.sqrt(1.0 - ahead * ahead))
-        self._swayed = self.away / upright + plain + heading * ahead
-        if not np.all(np.hypot(parted, np.hypot(self._swayed, twist)) < 0.8):
+        held, fed, heading, flat = self._held, self._fed.here, self._model.given.heading, self._bounds.lateral
+        (across, about), (turns, spins) = self._parted("rates"), self._parted("rates_change")
+        self._tilting, self._spinning, self._turned, self._spun = across + TICK * turns, about + TICK * spins, turns, spins
+        side, up = flat["aim"] + heading * (self._side + flat["p"]), self._bounds.vertical["aim"]
+        angle = (side + self._leans * up) / fed.length.value.low + ROUNDING
+        angle = angle * (1.0 + 0.2 * angle * angle)
+        near = angle * np.minimum(held.lean, self._leans + 0.5 * angle) / np.sqrt(1.0 - held.lean**2)
+        self._angle = angle + near + TICK * (self._tilting + self._spinning)
+        self._near = near + TICK * (self._spinning + self._angle * (self.rates[0] + 0.5 * self._tilting))
+        ratio = self.longer / held.least
+        self.pulled = (uneven(self._leans) + self.tall / fed.length.value.low) * side
+        self.pulled = self.pulled + (1.0 + self.tall / fed.length.value.low) * self._leans * up
+        stretched = (self._faster + held.slope * ratio) / held.least
+        shifts = (1.0 + ratio) * (self.rates[0] * (up + self._ahead * side) + self.rates[1] * (side + self._ahead * up))
+        self._shifts = TICK * (shifts + stretched * (side + self._ahead * up)) + ratio * ROUNDING
+
+    def _errors(self) -> None:
+        """Bound the true attitude's distance from the plan's, and from the commanded one.
+
+        Of q and the commanded attitude's c the latter is, as a quaternion's vector, cos(|c| / 2) q - cos(|q| / 2) c - c x q / 2. A cosine is off 1 by at most |c|^2 / 7.
+        """
+        flat, heading, rho = self._bounds.lateral, self._model.given.heading, abs(1.0 / self._cell.choice.thrust - 1.0)
+        beside = rho * (0.5 * TICK * self._fast_side + self._jumped[0]) + heading * (self._side + flat["p"])
+        self.swayed, f = (flat["tilted"] + beside) / self.least, self._bounds.heading["f"]
+        self.slip, angle, near = flat["e"] / self.least, self._angle, self._near
+        if not np.all(np.hypot(angle, np.hypot(self.swayed, f)) < 0.8):
             raise NotProved("the attitude's error may be more than 53 degrees")
-        self.askew = about + parted**2 / 7.0 * twist + 0.5 * parted * np.minimum(self._swayed, self.tip)
-        self._rates = rates[0]
-        whole, first, stepped = sum(rates), self._model.force()[0][0], 1.1 * plain
-        lean = float(np.linalg.norm(first[:2]) / first[2])
-        drift = 4.0 * TICK**3 * (turning * whole + whole**3) / upright**3
-        about, stepped = shifted(drift + stepped * ahead / upright, lean * lean), shifted(stepped, lean)
-        swayed = np.maximum(self._swayed + stepped, shifted(self._swayed))
-        twist = np.maximum(twist + about, shifted(twist))
-        spread = (about * (swayed**2 + twist**2) + (stepped**2 + about**2) * twist) / 7.0
-        fifth = TICK**5 / 100.0 * whole * turning * (turning + whole**2)
-        self.restarted = shifted(fifth) + ROUNDING + 0.5 * stepped * swayed + spread
-
-    def _parting(self) -> tuple[Floats, Floats]:
-        """Bound how fast the attitude that is asked turns beside the plan's: about x and y together, and about z, rad/s."""
-        x, y, z = (
-            self._moved(lambda fed, k=k: fed.rates[k]) + TICK * self._moved(lambda fed, k=k: fed.rates_change[k])
-            for k in range(3)
+        self._straight = (self.swayed**2 + f**2) / 7.0
+        mixed = (
+            angle**2 / 7.0 * (self.swayed + angle) + self._straight * angle + 0.5 * (angle * (f + near) + near * self.swayed)
         )
-        return np.hypot(x, y), z
-
-    def _planned(self) -> tuple[tuple[Floats, Floats], Floats, Floats]:
-        """Bound rates of the plan's attitude, across and about its axis, how they change, and how far the axis is from the plan's force by the next command."""
-        alone, least = self._fed.alone, self._fed.alone.length.value.low
-        changes = np.hypot(*(most_of(jet) for jet in alone.rates_change[:2])), most_of(alone.rates_change[2])
-        rates = (
-            np.hypot(*(most_of(jet) for jet in alone.rates[:2])) + TICK * changes[0],
-            most_of(alone.rates[2]) + TICK * changes[1],
+        self._off = self._shifts + self._held_third + self.strayed + self.most * mixed
+        self.tilt = (flat["tipped"] + self._off) / self.least
+        self.twist = (
+            f
+            + near
+            + angle**2 / 7.0 * f
+            + self._straight * near
+            + 0.5 * angle * np.minimum(self.swayed, self.tilt * (1.0 + angle))
         )
-        whole, turning, change = rates[0] + rates[1], changes[0] + changes[1], most_of(alone.change)
-        slope = most_of(alone.rate) + TICK * change
-        longest = alone.length.value.high + TICK * slope
-        third = longest * (3.0 * whole * turning + whole**3) + 3.0 * slope * (turning + whole**2) + 3.0 * change * whole
-        strayed = TICK**3 / 6.0 * third + self.curved + abs(self._rho) * (TICK * self._first + self._jumped[0]) + ROUNDING
-        return rates, turning, strayed / np.minimum(least - TICK * slope, self.least)
+        whole = self.tilt**2 + self.twist**2
+        if not np.all(whole < 0.64):
+            raise NotProved("the attitude's error may be more than 53 degrees")
+        self._bent = whole / 7.0
+        self.tip = np.hypot(self.tilt * (1.0 + 0.5 * self.twist), 0.5 * self.tilt**2)
 
-    @property
-    def twisting(self) -> Floats:
-        """Bound of the twist's rate beside the body's about its axis, rad/s."""
-        tilting, spinning = self._parting()
-        straight = (self._swayed**2 + self._bounds.heading["f"] ** 2) / 7.0
-        across = self._swayed * (self._rates + 0.5 * (self.slip + tilting))
-        return spinning + across + straight * (self._bounds.heading["o"] + spinning)
+    def _axes(self) -> None:
+        """Bound where the thrust's axis is, and the force that it makes beside the linear one.
+
+        Of an attitude beside the plan's, the axis is P (cos(|q| / 2) (q_y, -q_x) + q_z (q_x, q_y) / 2, 1 - (q_x^2 + q_y^2) / 2).
+        """
+        held, flat, f, ahead = self._held, self._bounds.lateral, self._bounds.heading["f"], self._ahead
+        whole = TICK * sum(self.rates)
+        wide = uneven(ahead) + TICK * (self.rates[1] + ahead * self.rates[0]) + 0.5 * whole**2 + self._model.given.heading
+        second = self.most * self.swayed * (self._straight + 0.5 * f + 0.5 * ahead * self.swayed) + self._strayed
+        turned = self._model.given.heading * flat["d"]
+        self.lean = (self._side + flat["pushed"] + turned + self.most * wide * self.swayed + second) / self.least
+        over = np.maximum(self.lean, held.lean)
+        if not np.all(over < 0.8):
+            raise NotProved("the vehicle may tilt by more than 53 degrees")
+        self.upright = np.sqrt(1.0 - over * over)
+        self.pushed = self.most * (wide * self.tilt + 0.6 * ahead * self._angle**2) + self.longer * self.tip
+        self.pushed = self.pushed + second + self._shifts + self._held_third + self.strayed + self.bend * held.lean
 
     def _asked(self) -> None:
-        """Bound what the law asks for beside the linear terms."""
-        model, held, flat = self._model, self._held, self._bounds.lateral
-        gains = model.airframe.gains
-        length = self._faster + self._slope * self._ratio
-        force_rate = self._fast_side + 0.5 * TICK**2 * np.hypot(*model.reach(3)) + self._third_rate
-        rate = (
-            self._third_rate + self._ratio * force_rate + length * self.lean + self._slope * (1.0 + self._ratio) * self.across
+        """Bound what the law asks for beside the linear terms, and the moments that are there."""
+        gains, given, flat = self._model.airframe.gains, self._fed.strayed, self._bounds.lateral
+        self.law = gains.attitude[0] * (self._off + self.most * self._bent * self.tilt)
+        self.law = self.law + self.most * (gains.rate[0] * self._tilting + self._turned)
+        rates, turns = (
+            np.hypot(*(given(lambda fed, k=k, of=of: getattr(fed, of)[k]) for k in (0, 1))) for of in ("rates", "rates_change")
         )
-        rate = rate + self.most * self._swung * held.rates
-        self.slip = (flat["e"] + rate) / (self.least * self.upright)
-        angle = self._third + self.shifts + 0.5 * self.most * self.tip * self._swung
-        given = self._strayed_moments()
-        turned = given + self._moments()
-        frame = self.most * held.turning * (self._swung + TICK * (held.spin + held.lean * held.rates))
-        strayed, faster = model.given.strayed
-        self.given = gains.attitude[0] * strayed + gains.rate[0] * faster + given
-        self.law = gains.attitude[0] * angle + gains.rate[0] * rate + turned + frame
-        self.moved = (flat["moved"] + ROUNDING) / (self.least * self.upright)
-
-    def _moments(self) -> Floats:
-        """Bound how far feedback moves the angular acceleration that is fed forward, times the force's length, from what the plan makes of it."""
-        held, fed, bounds = self._held, self._fed, self._bounds
-        here = lateral_moments(fed.here)
-        side, up = bounds.lateral["aim"], bounds.vertical["aim"]
-        moved = np.hypot(*(along_slopes(jet.slope, side, up) + ROUNDING for jet in here))
-        size = np.hypot(*(most_of(jet) for jet in here))
-        at = self._lengthened() + TICK * self.slide
-        return moved + at / held.least * size + ROUNDING
-
-    def _strayed_moments(self) -> Floats:
-        """Bound how far set-points move these, and what their heading turns them by."""
-        planned, given = (lateral_moments(fed) for fed in (self._fed.alone, self._fed.given))
-        off = np.hypot(*(size_of(one.value - other.value) for one, other in zip(given, planned, strict=True)))
-        return off + self._model.given.heading * np.hypot(*(most_of(jet) for jet in planned))
+        self.given = gains.attitude[0] * self.strayed + self.most * (gains.rate[0] * (rates + TICK * turns) + turns)
+        askew = self.twist - self._bounds.heading["f"] + self._bent * self.twist
+        self.law_spin = gains.attitude[1] * askew + gains.rate[1] * self._spinning + self._spun
+        self.moved = (flat["moved"] + TICK * self.slide * self.turns[0] + ROUNDING) / self.least
 
     def _turning(self) -> None:
-        """Bound accelerations of the tilt beside the linear ones, with the plan's at the command taken out."""
-        held, alone, flat = self._held, self._fed.middle, self._bounds.lateral
-        heading, model = self._bounds.heading, self._model
-        rates = held.rates + self.slip
-        change, rate = most_of(alone.change), most_of(alone.rate)
-        share, long = self._cell.choice.thrust, self.least * self._cell.choice.thrust
-        off = abs(1.0 - 1.0 / share)
-        own = off * change + self._first**2 / long * abs(share - 1.0 / share) + 0.5 * TICK * self._slide_third
-        own = own + self._bends[2]
-        slower = off * rate + 0.5 * TICK * self._slide_change + self._bends[1]
-        planned = np.hypot(*(most_of(jet) for jet in alone.rates[:2]))
-        gone = self._away_middle
-        rates_off = (
-            flat["e"]
-            + 0.5 * TICK * (self._second_side + self.slide * planned)
-            + TICK**2 / 8.0 * model.reach(3)[0]
-            + self._jumped[1]
-            + TICK * self._jumped[2]
-            + slower * self.lean
-            + rate * gone
+        """Bound what moves the attitude, and carries moments, beside the linear terms.
+
+        By the rates w of the body and v of the plan's attitude, q' = cos(|q| / 2) (w - v) + q x v + q x (w - v) / 2.
+        """
+        f, spin, share = self._bounds.heading["f"], self._bounds.heading["o"], self._cell.choice.thrust
+        turned = self._straight * self.slip + f * (self.rates[0] + 0.5 * self.slip) + self.swayed * (self.rates[1] + 0.5 * spin)
+        self.turned = self.most * turned + self.slide * self.swayed
+        self.twisting = self._straight * spin + self.swayed * (self.rates[0] + 0.5 * self.slip)
+        self.carried = H * self.slide * self._bounds.lateral["mu"] / self.least
+        jumped, steps = self._jumped[0] / share, self._stepped
+        self.broken = jumped * self.swayed, jumped * self.slip, jumped * self.moved
+        first = self._model.force()[0][0]
+        lean = float(np.linalg.norm(first[:2]) / first[2])
+        about = shifted(self._drift + self._about, lean * lean)
+        steps = shifted(steps, lean)
+        swayed, twist = np.maximum(self.swayed + steps, shifted(self.swayed)), np.maximum(f + about, shifted(f))
+        straight = (swayed**2 + twist**2) / 7.0
+        even = (steps**2 + about**2) / 7.0
+        self.jumped = (
+            self.most * self._fifth + ROUNDING,
+            self.most * (even * swayed + straight * steps + 0.5 * (steps * twist + about * swayed)),
         )
-        rates_off = rates_off / (self.least * self.upright) + gone * planned / self.upright**3
-        spin_alone = most_of(alone.rates[2])
-        spin_off = (
-            heading["o"]
-            + self._moved(lambda fed: fed.rates[2])
-            + TICK * held.spinning
-            + size_of(self._fed.alone.rates[2].value - alone.rates[2].value)
-        )
-        spun = self.most * (spin_off * rates + spin_alone * (rates_off + gone / self.upright * planned))
-        wide = self.most * (self.lean * (2.0 * planned * rates_off + rates_off**2) + planned**2 * gone)
-        stretch = 0.5 * TICK * self.slide * (spin_alone * planned + planned**2 * self.lean)
-        self.turned = own * self.lean + change * gone + 2.0 * slower * rates + 2.0 * rate * rates_off + spun + wide + stretch
-        self.broken = (
-            self._jumped[0] / share * self.lean,
-            (self._jumped[1] * self.lean + self._jumped[0] * (rates + self._first / long)) / share,
-            self._jumped[0] / share * self.moved,
-        )
-        self.carried = H * (held.spin + heading["o"] + self.lean * rates + self.slide / self.least) * self.moved * self.most
+        self.restarted = self._fifth + even * twist + straight * about + 0.5 * steps * swayed
+
+    def _parted(self, of: str) -> tuple[Floats, Floats]:
+        """Bound how far rates, or their change, are from the plan's: about x and y together, and about z."""
+        x, y, z = (self._moved(lambda fed, k=k: getattr(fed, of)[k]) for k in range(3))
+        return np.hypot(x, y), z
 
     def _moved(self, of: Callable[[FedForward], Jet]) -> Floats:
         return self._fed.moved(of, self._bounds)
 
 
-def lateral_moments(fed: FedForward) -> tuple[Jet, Jet]:
-    """Return the angular acceleration that is fed forward as it moves the thrust's axis horizontally, times the force's length."""
-    zx, zy, zz = fed.axis
-    level = (zx * zx + zz * zz).root()
-    ax, ay, _ = fed.rates_change
-    x = ay * (zz / level) + ax * (zx * zy / level)
-    y = -(ax * level)
-    return fed.length * x, fed.length * y
+def lateral_of(turns: tuple[Jet, Jet, Jet], length: Jet) -> tuple[Jet, Jet]:
+    """Return body rates, or their change, as they turn the thrust's axis in body axes, times the force's length."""
+    return length * turns[1], -(length * turns[0])
+
+
+def uneven(lean: Floats) -> Floats:
+    """Bound the distance of an attitude's horizontal part, at heading 0, from that of none: 0.612 tan^2 of its tilt.
+
+    With z its axis and l^2 = 1 - z_y^2, the part is (z_z / l, -z_x z_y / l; 0, l): less 1 at most z_x^2 / 2, |z_x z_y| and z_y^2 / 2, each over z_z^2.
+    """
+    return 0.6124 * lean**2 / (1.0 - lean**2)

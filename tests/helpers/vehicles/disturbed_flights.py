@@ -9,7 +9,7 @@ import numpy as np
 from flight.control.flatness import feed_forward, lifted
 from flight.control.geometric import GEOMETRIC
 from flight.model.airframe import airframe_of
-from flight.model.attitude import error_vector, from_matrix, matrix, norm, quaternion_product, quaternion_rate, unit
+from flight.model.attitude import error_vector, from_matrix, norm, quaternion_product, quaternion_rate, unit
 from flight.model.autopilot import Autopilot, Held
 from flight.model.dynamics import ATTITUDE, POSITION, RATES, VELOCITY, QuadcopterDynamics, hover_state
 from flight.model.plant import Motion
@@ -135,49 +135,49 @@ class Disturbed:
 
     @staticmethod
     def _reference(loop, path, t, since, heading):
-        """Return the plan's force some time after a command, what its derivatives make of the command's, the moment that it needs, and its attitude at a heading."""
+        """Return the length of the plan's force some time after a command, rates and their change that are held of it, and the attitude that turned on so, at a heading."""
 
         def force_at(time, order):
             value = path.evaluate(time, order + 2)[:3, None] + loop._damping * path.evaluate(time, order + 1)[:3, None]
             return lifted(value) if order == 0 else value
 
-        now = [force_at(t, order) for order in range(3)]
-        here = [force_at(t + since, order) for order in range(2)]
-        zero = np.zeros_like(heading)
-        ahead = feed_forward(*(np.tile(part, (1, len(heading))) for part in now), heading, zero, zero)
-        x, y = ahead.turn[:2, 0], ahead.turn[:2, 1]
-        moment = norm(now[0]) * (ahead.rates_change[1] * x - ahead.rates_change[0] * y)
-        held = [now[0] + since * now[1] + 0.5 * since**2 * now[2], now[1] + since * now[2]]
+        now, here, zero = [force_at(t, order) for order in range(3)], force_at(t + since, 0), np.zeros_like(heading)
+        ahead = feed_forward(*(np.tile(part, (1, len(heading))) for part in now), zero, zero, zero)
         moved = [path.evaluate(t + since, order)[:3, None] for order in range(2)]
-        turn = from_matrix(ahead.turn)  # turns on as the autopilot lets what is commanded
+        north = np.stack([np.cos(0.5 * heading), zero, zero, np.sin(0.5 * heading)])
+        turn = quaternion_product(north, from_matrix(ahead.turn))  # turns on as the autopilot lets what is commanded
         for step in range(round(since / STEP)):
             mean = ahead.rates + (step + 0.5) * STEP * ahead.rates_change
             half = 0.5 * STEP * norm(mean)
             turn = quaternion_product(turn, np.concatenate([np.cos(half)[None], 0.5 * STEP * np.sinc(half / np.pi) * mean]))
-        return norm(here[0]), (here[0] * here[1]).sum(0) / norm(here[0]), held, moment, since, moved, turn
+        return norm(here), ahead.rates + since * ahead.rates_change, ahead.rates_change, since, moved, turn, (now[0], heading)
 
     @staticmethod
     def _seen(frame, state, held, fed, force, reference):
         """Return feedback, and errors of tilt, rates, moments and thrust as the proof counts them. By name, (n,)."""
-        scale, slide, planned, moment, since, moved, ahead = reference
-        turn = matrix(state[ATTITUDE])
-        x, y, z = turn[:, 0], turn[:, 1], turn[:, 2]
+        scale, planned, change, since, moved, ahead, (begun, heading) = reference
         rates = state[RATES]
-        axis_rate = rates[1] * x - rates[0] * y
         squares = frame.thrust_coefficient * held.rotors * held.rotors
         arm, (jx, jy, _) = frame.vehicle.arm / np.sqrt(2.0), frame.vehicle.inertia
         ax = arm * (squares[0] - squares[1] - squares[2] + squares[3]) / jx
         ay = -arm * (squares[0] + squares[1] - squares[2] - squares[3]) / jy
-        d = (scale * z - fed - planned[0])[:2]
-        e = (scale * axis_rate + slide * z - planned[1])[:2]
-        mu = (scale * (ay * x - ax * y))[:2] - moment
-        f = error_vector(np.broadcast_to(ahead, state[ATTITUDE].shape), state[ATTITUDE])[2]
+        inverse = ahead * np.array([1.0, -1.0, -1.0, -1.0])[:, None]
+        apart = quaternion_product(np.broadcast_to(inverse, state[ATTITUDE].shape), state[ATTITUDE])
+        q = 2.0 * np.sign(apart[0]) * apart[1:]  # twice the vector of the attitude beside the plan's
+        whole, cosine, sine = begun + fed, np.cos(heading), np.sin(heading)
+        aim = np.stack([cosine * whole[0] + sine * whole[1], cosine * whole[1] - sine * whole[0]]) - begun[:2]
+        d = scale * np.stack([q[1], -q[0]]) - aim
+        e = scale * np.stack([rates[1] - planned[1], planned[0] - rates[0]])
+        mu = scale * np.stack([ay - change[1], change[0] - ax])
+        f, o = q[2], rates[2] - planned[2]
         model = squares.sum(0) / frame.vehicle.mass
         asked = norm(force) + held.thrust_rate / frame.vehicle.mass * since
         slow = squares[0] - squares[1] + squares[2] - squares[3]
-        spin = frame.vehicle.torque_to_thrust / frame.vehicle.inertia[2] * slow - held.rates_change[2]
+        spin = frame.vehicle.torque_to_thrust / frame.vehicle.inertia[2] * slow - change[2]
         gains, error = frame.gains, error_vector(held.attitude, state[ATTITUDE])
-        eager = -spin - gains.attitude[1] * error[2] - gains.rate[1] * (rates[2] - held.rates[2])
+        eager = (
+            held.rates_change[2] - change[2] - spin - gains.attitude[1] * error[2] - gains.rate[1] * (rates[2] - held.rates[2])
+        )
         keen = np.hypot(
             held.rates_change[0] - ax - gains.attitude[0] * error[0] - gains.rate[0] * (rates[0] - held.rates[0]),
             held.rates_change[1] - ay - gains.attitude[0] * error[1] - gains.rate[0] * (rates[1] - held.rates[1]),
@@ -185,8 +185,8 @@ class Disturbed:
         off, drift = state[POSITION] - moved[0], state[VELOCITY] - moved[1]
         flat = {"xi": off[:2], "nu": drift[:2], "d": d, "e": e, "mu": mu, "p": fed[:2]}
         up = {"xi": off[2:], "nu": drift[2:], "b": (model - asked)[None], "p": fed[2:]}
-        turn = {"f": f[None], "o": (rates[2] - held.rates[2])[None], "mu": spin[None]}
+        turn = {"f": f[None], "o": o[None], "mu": spin[None]}
         return {
             "lateral": flat, "vertical": up, "heading": turn, "p": np.hypot(fed[0], fed[1]), "p_up": np.abs(fed[2]), "d": np.hypot(*d), "e": np.hypot(*e), "mu": np.hypot(*mu),
-            "twist": np.abs(error[2]), "ahead": keen, "ahead_spin": np.abs(eager), "f": np.abs(f), "o": np.abs(rates[2] - held.rates[2]), "b": np.abs(model - asked),
+            "twist": np.abs(error[2]), "ahead": keen, "ahead_spin": np.abs(eager), "f": np.abs(f), "o": np.abs(o), "b": np.abs(model - asked),
         }  # fmt: skip

@@ -17,7 +17,7 @@ from verify.data.airframe import load_airframe
 from verify.data.disturbance import Disturbance
 from verify.data.vehicle import load_vehicle
 from verify.tracking import error_model, sampled_loop
-from verify.tracking.circumstances import Circumstances, led_root
+from verify.tracking.circumstances import Circumstances, led_root, within_a_step
 from verify.tracking.error_model import NotProved, fed_of, feeds_alone
 from verify.tracking.loops import LoopChoice, heading_loop, lateral_loop, vertical_loop
 from verify.tracking.nominal import turned_at_commands
@@ -200,6 +200,25 @@ def test_the_lead_asks_no_more_than_its_bound_and_comes_near():
     assert closest > 0.99
 
 
+def test_thrusts_and_moments_within_a_step_are_between_its_ends_but_for_their_bound():
+    """Four rotors that approach other speeds, at many instants of a step: each thrust, and each sum of signs, over the number of rotors."""
+    rng, lag, lead, found = np.random.default_rng(8), AIRFRAME.rotor_lag, 3.6, []
+    signs = np.array([[1, 1, 1, 1], [1, -1, -1, 1], [1, 1, -1, -1], [1, -1, 1, -1]]) / 4.0
+    for _ in range(200):
+        least, sooner = rng.uniform(0.03, 0.08), rng.uniform(0.0005, 0.015)
+        now = least + rng.uniform(0.0, 0.02, 4)
+        asked = now + sooner * rng.choice([-1.0, 1.0], 4) * rng.uniform(0.3, 1.0, 4)
+        roots, led = np.sqrt(now), lead * (np.sqrt(asked) - np.sqrt(now))
+        share = -np.expm1(-np.linspace(0.0, 0.002, 41) / lag)
+        thrusts = (roots[:, None] + led[:, None] * share) ** 2
+        least = min(least, float(thrusts.min()))
+        for row in (*np.eye(4), *signs):
+            moment = row @ thrusts
+            straight = moment[0] + (moment[-1] - moment[0]) * share / share[-1]
+            found.append(np.abs(moment - straight).max() / float(within_a_step(least, lead * share[-1] * sooner)))
+    assert 0.03 < max(found) <= 1.0
+
+
 def test_a_plans_attitude_turns_at_commands_by_what_is_known():
     """Rates that are held, turned on in steps of a microsecond's order, against the closed form; and attitudes against the controller's own."""
     path = bend(2.0)
@@ -235,7 +254,7 @@ def require_steps_within_inputs(path: Trajectory, told: Disturbance, flights: Di
     _, inputs = proof.kept()
     flights.watch = True
     flights.fly(VEHICLE, path, path.duration)
-    known = proof._forcing(*proof._alone[:2])
+    known = proof._forcing(proof._alone[0])
     for kind, make in {"lateral": lateral_loop, "vertical": vertical_loop, "heading": heading_loop}.items():
         loop = make(VEHICLE, AIRFRAME, cell.choice)
         rows = [*flights.log[0][kind]]
