@@ -1,7 +1,9 @@
 """The linear loops of the geometric controller about a hover: one horizontal axis, the vertical one, and the heading.
 
-Horizontally the state is the position's and the velocity's error, the error d of the tilt times the strength of thrust, beside the plan's attitude and the feedback, that of its rate e, the angular acceleration mu that the rotors lag behind (both times that strength), the sum of errors, the feedback p that is held, how much
-less it turns attitudes than is linear, and what the cameras saw. Vertically the error b of the thrust takes the place of d, e and mu. All matrices are exponentials in balls of 200 bits.
+Horizontally the state is the position's and the velocity's error, the error d of the tilt times the strength of thrust, beside the plan's attitude and the
+feedback, that of its rate e, the angular acceleration mu that the rotors lag behind (both times that strength), the sum of errors, the feedback p that is
+held, how much less it turns attitudes than is linear, and what the cameras saw. Vertically the error b of the thrust takes the place of d, e and mu. All
+matrices are exponentials in balls of 200 bits.
 """
 
 from __future__ import annotations
