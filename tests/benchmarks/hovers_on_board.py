@@ -1,10 +1,12 @@
 """Hovers and ways of `mellinger` on its filter: what each disturbance makes of the linear loop, and the largest share of a set that is proved.
 
     OMP_NUM_THREADS=1 python -m tests.benchmarks.hovers_on_board [SECONDS [DEAD_ZONE ...]] [--attitude NOISE] [--line METRES | --run RUN | --steps]
+        [--shares SHARE,...]
 
 The set is the whole one of docs/tracking.md, for a Crazyflie 2.1: wind 0.8 m/s, cameras 1 mm and 0 to 15 ms, gyroscope 0.04 rad/s, mass 2 %, thrust 5 %. What the
 linear loop makes is no proof. The dead zone is the least correction of the attitude that the filter takes, 1e-4 rad in the firmware. `NOISE` is what the filter
 assumes of the cameras' attitude, rad, 0.05 in the profile. Flights are a hover, a line from rest to rest in so many seconds, or those of a run's folder.
+`--shares` proves those shares alone, in place of looking for the largest.
 `--steps` hovers at none, 2 and 4 % of the set under the gains of `GAINS`, and prints beside the bounds how the linear loop answers a step of the set-point along x
 and upwards.
 """
@@ -24,9 +26,10 @@ from verify.data import Trajectory
 from verify.data.autopilot import Autopilot, load_autopilot
 from verify.data.files.trajectory_csv import load_csv
 from verify.tracking.error_model import NotProved
-from verify.tracking.on_board.onboard_loop import PLACE, SUBSTEPS, N
-from verify.tracking.on_board.onboard_proof import BoardBound, loop_of, prove_on_board
-from verify.tracking.sampled_loop import Matrix
+from verify.tracking.on_board.onboard_course import maps_of
+from verify.tracking.on_board.onboard_loop import LINKED, PLACE, SUBSTEPS
+from verify.tracking.on_board.onboard_proof import BoardBound, prove_on_board, summed_of
+from verify.tracking.on_board.onboard_sums import COUNT, INPUT, LENGTH, STEPPED
 
 STOCK = load_autopilot("crazyflie-2")
 QUICK = {"attitude": (105000.0, 105000.0, 60000.0), "rate": (24000.0, 24000.0, 12000.0)}
@@ -54,13 +57,15 @@ def alone(seconds: float, autopilot: Autopilot) -> dict[str, float]:
         seconds: Of the hover.
         autopilot: What flies.
     """
-    responses = loop_of(VEHICLE, AIRFRAME, autopilot, 4, round(100 * seconds)).responses
-    sizes = {"position": WHOLE.position, "gyroscope": WHOLE.gyroscope, "dropped": autopilot.ekf.least_turn}
-    found = {"wind": responses.places["wind"] * WHOLE.wind}
-    found |= {name: float(responses.lengths[name].sum()) * size for name, size in sizes.items()}
-    found["mass"] = float(np.linalg.norm(responses.steady["mass"][:3])) * WHOLE.mass / (1.0 - WHOLE.mass)
-    found["thrust"] = float(np.linalg.norm(responses.steady["thrust"][:3])) * WHOLE.thrust
-    return found
+    course, sums = summed_of(VEHICLE, AIRFRAME, autopilot, 4, line(0.0, seconds), round(100 * seconds))
+    sizes = {"wind": WHOLE.wind, "position": WHOLE.position, "gyroscope": WHOLE.gyroscope, "dropped": autopilot.ekf.least_turn}
+    found = dict[str, float]()
+    for name, size in sizes.items():
+        inputs = np.zeros((course.frames, SUBSTEPS, COUNT))
+        inputs[..., INPUT[name]] = size
+        found[name] = float(sums.driven(inputs[..., :STEPPED], inputs[:, 0, STEPPED:])[:, LENGTH].max())
+    steady = sums.steady[:, :, LENGTH].max(0)
+    return found | {"mass": float(steady[0]) * WHOLE.mass / (1.0 - WHOLE.mass), "thrust": float(steady[1]) * WHOLE.thrust}
 
 
 def proved(paths: Sequence[Trajectory], autopilot: Autopilot, share: float) -> BoardBound | str:
@@ -99,15 +104,16 @@ def step_of(autopilot: Autopilot, axis: int, frames: int) -> tuple[float, float,
         axis: Of the step.
         frames: Of the flight.
     """
-    frame, state, left = loop_of(VEHICLE, AIRFRAME, autopilot, 4, frames).frame, np.zeros((N, 1)), [1.0]
+    course, _ = summed_of(VEHICLE, AIRFRAME, autopilot, 4, line(0.0, 0.01 * frames), frames)
+    maps, state, left = maps_of(course, slice(0, 1)), np.zeros(LINKED), [1.0]
     state[[rows + axis for rows in (PLACE.start, 23, 36, 42)]] = (
         1.0  # the vehicle, its estimate and poses on their way: the set-point has moved
     )
     for _ in range(1200):
-        for step in range(1, SUBSTEPS + 1):
-            state = frame.see(Matrix.exact(frame.step.mid @ state), step).mid
-            left.append(float(state[PLACE.start + axis, 0]))
-        state = frame.jump.mid @ state
+        for step in range(SUBSTEPS):
+            state = maps.steps[0, step] @ state
+            left.append(float(state[PLACE.start + axis]))
+        state = maps.jumps[0] @ state
     return answer(np.array(left))
 
 
@@ -144,7 +150,7 @@ def taken(arguments: list[str], name: str) -> str:
 def main() -> None:
     """Print what the linear loop makes, and a line for each dead zone."""
     arguments = sys.argv[1:]
-    noise, metres, run = (taken(arguments, name) for name in ("--attitude", "--line", "--run"))
+    noise, metres, run, shares = (taken(arguments, name) for name in ("--attitude", "--line", "--run", "--shares"))
     steps = "--steps" in arguments and not arguments.remove("--steps")
     seconds = float(arguments[0]) if arguments else 4.0
     stock = STOCK.changed(ekf=STOCK.ekf.changed(attitude_noise=float(noise))) if noise else STOCK
@@ -161,6 +167,14 @@ def main() -> None:
     for least_turn in zones:
         begun, low, high = time.process_time(), 0.0, 0.16
         autopilot = stock.changed(ekf=stock.ekf.changed(least_turn=least_turn))
+        for share in (float(each) for each in shares.split(",") if each):
+            found = proved(paths, autopilot, share)
+            told = found if isinstance(found, str) else f"{1000.0 * found.bound:.1f} mm ({costs_of(found)})"
+            print(
+                f"dead zone {least_turn:g} rad, {100.0 * share:.2g} %: {told}; {time.process_time() - begun:.0f} s", flush=True
+            )
+        if shares:
+            continue
         best = proved(paths, autopilot, low)
         for _ in range(0 if isinstance(best, str) else 1 if is_smallest() else 6):
             middle = 0.5 * (low + high)

@@ -145,22 +145,24 @@ def _advice(team: tuple[_Asked, ...], margin: float) -> str:
         if isinstance(_proved(_hovering(ordered[0])), str):
             return "not even a hover without disturbances is proved"
         return "not even the plan alone is proved within the margin: slow it by `limits`"
-    share = _largest(holds)
+    on_board = ordered[0].vehicle.controller == ON_BOARD  # where each trial takes long
+    share = _largest(holds, 3 if on_board else _STEPS)
     said = f"{figures(100.0 * share, 3, up=False)} % of these disturbances would hold, for all robots"
     least = _proved(_share(ordered[0], share))
     costs = {} if isinstance(least, str) else least.costs
     dearest = sorted(told.stated, key=lambda name: -max([cost for cause, cost in costs.items() if name in cause], default=0.0))
-    one = next((name for name in dearest[:_TRIED] if holds(0.0, name)), None)
+    tried = dearest[: 0 if on_board else _TRIED]
+    one = next((name for name in tried if holds(0.0, name)), None)
     if one is None:
         return said
-    part = _largest(lambda some: holds(some, one))
+    part = _largest(lambda some: holds(some, one), _STEPS)
     return f"`{one}` is too much: {_size(one, told.scaled(part, one), part)} would hold beside the others; {said}"
 
 
-def _largest(holds: Callable[[float], bool]) -> float:
+def _largest(holds: Callable[[float], bool], halvings: int) -> float:
     """Return a share that holds, near the largest, where a share of 0 does and 1 does not."""
     low, high = 0.0, 1.0
-    for _ in range(_STEPS):
+    for _ in range(halvings):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if holds(middle) else (low, middle)
     return low

@@ -117,7 +117,9 @@ class Disturbance(Value):
         default=(0.0, 0.0), description="s, age of what it is given: least and most"
     )
     attitude: Annotated[_Number, _at_most(0.2)] = Field(default=0.0, description="rad, error of the attitude on board")
-    gyroscope: Annotated[_Number, _at_most(2.0)] = Field(default=0.0, description="rad/s, error of the body rates on board")
+    gyroscope: Annotated[_Number, _at_most(2.0)] = Field(
+        default=0.0, description="rad/s, error of the body rates on board, as a vector"
+    )
     mass: Annotated[_Number, _at_most(0.3)] = Field(default=0.0, description="share by which the mass may differ")
     thrust: Annotated[_Number, _at_most(0.3)] = Field(
         default=0.0, description="share by which the rotors' thrust may differ from what is commanded, all alike"

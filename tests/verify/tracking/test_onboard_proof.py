@@ -20,11 +20,13 @@ from verify.data.disturbance import Disturbance
 from verify.data.trajectory import Trajectory
 from verify.data.vehicle import load_vehicle
 from verify.tracking.error_model import NotProved
-from verify.tracking.on_board import onboard_filter, onboard_laws, onboard_loop, onboard_model
+from verify.tracking.on_board import onboard_filter, onboard_laws, onboard_loop, onboard_model, onboard_sums
+from verify.tracking.on_board.onboard_course import maps_of, slopes
 from verify.tracking.on_board.onboard_filter import Filter
-from verify.tracking.on_board.onboard_loop import SUBSTEPS, N
+from verify.tracking.on_board.onboard_loop import LINKED, SUBSTEPS
 from verify.tracking.on_board.onboard_plan import follow, setpoints
-from verify.tracking.on_board.onboard_proof import _Flight, loop_of, prove_on_board
+from verify.tracking.on_board.onboard_proof import _Flight, loop_of, prove_on_board, summed_of
+from verify.tracking.on_board.onboard_sums import COUNT, INPUT, STEPPED
 from verify.tracking.on_board.rotations import estimated, flown, turned
 from verify.tracking.on_board.slopes import Slopes, root, stacked
 from verify.tracking.plan_samples import derivatives_at
@@ -59,9 +61,13 @@ def line(away, seconds, rest=0.0):
 STILL = line((0.0, 0.0, 0.0), SECONDS), SECONDS
 
 
-def still(loop):
-    """Return what a hover makes of the loop."""
-    return follow(loop, STILL[0], FRAMES)
+WAY = line((0.25, -0.2, 0.08), 1.0, 0.2), SECONDS
+"""A way on which a vehicle tilts by 0.3 rad."""
+
+
+def summed(autopilot=QUICK, late=7, path=STILL[0], frames=FRAMES):
+    """Return what is linear about a flight, and its sums."""
+    return summed_of(VEHICLE, AIRFRAME, autopilot, late, path, frames)
 
 
 @pytest.fixture(scope="module")
@@ -70,9 +76,9 @@ def loop():
 
 
 @pytest.fixture(scope="module")
-def hover(loop):
+def hover():
     """Return a hover whose bounds close, with its bound."""
-    made = _Flight(loop, SMALL, still(loop), 0.0)
+    made = _Flight(*summed(), SMALL, 0.0)
     return made, made.proved()
 
 
@@ -113,8 +119,7 @@ def test_slopes_enclose_what_they_are_of():
         assert np.all(values >= found.value.low[:, None] - 1e-12)
         assert np.all(values <= found.value.high[:, None] + 1e-12)
         moved = values - number(found)[:, None]
-        middle, spread = 0.5 * (found.slope.low + found.slope.high), 0.5 * (found.slope.high - found.slope.low)
-        assert np.all(np.abs(moved - middle @ v) <= spread @ np.abs(v) + 1e-12)
+        assert np.all(np.abs(moved - found.slope @ v) <= found.wide @ np.abs(v) + 1e-12)
 
 
 def world(attitude):
@@ -156,9 +161,9 @@ def _reshaped(values: Slopes, like: Slopes):
     from verify.arithmetic.intervals import Interval
 
     shape, n = (9, 9), len(like.size)
-    none = Interval(np.zeros((*shape, n)), np.zeros((*shape, n)))
+    none = np.zeros((*shape, n))
     centre = Interval(values.centre.low.reshape(shape), values.centre.high.reshape(shape))
-    return centre, centre, none, like.size
+    return centre, centre, none, none, like.size
 
 
 @few_of(3, "seed", range(20))
@@ -178,7 +183,10 @@ def test_the_motion_is_the_simulators(seed, loop):
     after = QuadcopterDynamics(frame, np.array([VEHICLE.mass / light])).step(state, command, wind[:, None], tiny)
     change = (after - state)[:, 0] / tiny
     assert np.allclose(found[:3], change[3:6], atol=1e-4)
-    assert np.allclose(found[6:], change[10:13], rtol=1e-3, atol=2e-3)
+    assert np.allclose(found[6:9], change[10:13], rtol=1e-3, atol=2e-3)
+    lagging = (asked - thrusts) / frame.rotor_lag + found[9:]
+    turned_on = (after[13:] / frame.hover_speed) ** 2 - (state[13:] / frame.hover_speed) ** 2
+    assert np.allclose(lagging, 0.25 * signs.T @ turned_on[:, 0] / tiny, rtol=1e-3, atol=1e-4)
     moved = number(turned(flown(exact(attitude + tiny * found[3:6]))))
     assert np.allclose(moved, matrix(after[6:10])[:, :, 0], atol=1e-11)
 
@@ -187,21 +195,20 @@ def column_of(values, k):
     return values[k][:, None]
 
 
-def flown_linearly(loop, inputs, offset):
-    """Return states of the linear loop after every step, under inputs by name: of every step, or of every frame. Shape (steps, N)."""
-    frame, z, found = loop.frame, np.zeros(N), []
+def flown_linearly(maps, inputs, offset):
+    """Return states of the linear loop after every step, under inputs by name: of every step, or of every frame. Shape (steps, LINKED)."""
+    z, found = np.zeros(LINKED), []
     for rows in (slice(0, 3), slice(23, 26), slice(36, 39), slice(42, 45)):
         z[rows] = offset
     for step in range(len(inputs["wind"])):
-        if step and step % SUBSTEPS == 0:
-            z = frame.jump.mid @ z
-            for name in ("position", "attitude"):
-                z = z + frame.jumped[name].mid @ inputs[name][step // SUBSTEPS]
-        z = frame.step.mid @ z
-        for name in ("wind", "gyroscope"):
-            z = z + frame.stepped[name].mid @ inputs[name][step]
-        if step % SUBSTEPS + 1 == frame.recorded:
-            z[36:39], z[39:42] = z[0:3], z[6:9]
+        frame, inside = divmod(step, SUBSTEPS)
+        if step and inside == 0:
+            z = maps.jumps[frame - 1] @ z
+            for name, rows in (("position", slice(9, 12)), ("attitude", slice(12, 15))):
+                z = z + maps.jumped[frame - 1][:, rows] @ inputs[name][frame]
+        z = maps.steps[frame, inside] @ z
+        for name, rows in (("gyroscope", slice(22, 25)), ("wind", slice(25, 28))):
+            z = z + maps.stepped[frame, inside][:, rows] @ inputs[name][step]
         found.append(z.copy())
     return np.array(found)
 
@@ -210,7 +217,7 @@ def flown_linearly(loop, inputs, offset):
 @pytest.mark.parametrize("late", [0, 3, 5, 7, 9])
 def test_the_linear_loop_flies_as_the_simulator_does_step_by_step(late):
     autopilot = STOCK.changed(ekf=STOCK.ekf.changed(least_turn=0.0))
-    loop, steps = loop_of(VEHICLE, AIRFRAME, autopilot, late, 80), 400
+    course, steps = summed(autopilot, late, frames=80)[0], 400
     rng = np.random.default_rng(late)
     inputs = {
         "wind": 1e-4 * np.repeat(rng.choice([-1.0, 1.0], (steps // 20, 3)), 20, axis=0),
@@ -229,7 +236,7 @@ def test_the_linear_loop_flies_as_the_simulator_does_step_by_step(late):
         late=late,
         offset=offset[:, None],
     )
-    true, linear = hovers.fly(VEHICLE, autopilot, steps)[:, :, 0], flown_linearly(loop, inputs, offset)
+    true, linear = hovers.fly(VEHICLE, autopilot, steps)[:, :, 0], flown_linearly(maps_of(course, slice(None)), inputs, offset)
     for mine, states in (
         (true[:, 0:6], linear[:, 0:6]), (2.0 * true[:, 7:10], linear[:, 6:9]), (true[:, 10:13], linear[:, 9:12]),
         (true[:, 13:19], linear[:, 23:29]), (2.0 * true[:, 20:23], linear[:, 29:32]),
@@ -237,61 +244,60 @@ def test_the_linear_loop_flies_as_the_simulator_does_step_by_step(late):
         assert np.all(np.abs(mine - states).max(0) < 5e-3 * np.abs(states).max(0))
 
 
-def before_recorded(back):
-    """Return a response, read backwards, from before the cameras' records were taken of position and attitude."""
-    before = back.copy()
-    before[0:3], before[6:9] = back[0:3] + back[36:39], back[6:9] + back[39:42]
-    before[36:42] = 0.0
-    return before
-
-
 @few_of(2, "row", [0, 2, 6, 9, 26])
-def test_the_worst_signal_reaches_its_sum(row, loop):
-    """Winds and errors of cameras with the signs of the response, read backwards, reach the sum of its magnitudes."""
-    frame, responses = loop.frame, loop.responses
-    steps = FRAMES * SUBSTEPS
+def test_the_worst_signal_reaches_its_sum(row):
+    """Winds and errors of cameras that point as the response does, read backwards, reach the sum of its lengths, along a way too."""
+    course, sums = summed(path=WAY[0])
+    maps, last = maps_of(course, slice(None)), FRAMES - 1
+    steps = last * SUBSTEPS
     inputs = {"wind": np.zeros((steps, 3)), "gyroscope": np.zeros((steps, 3))}
-    inputs |= {name: np.zeros((FRAMES, 3)) for name in ("position", "attitude")}
-    back, reached = np.eye(N)[row], 0.0
+    inputs |= {name: np.zeros((last, 3)) for name in ("position", "attitude")}
+    back, reached = np.eye(LINKED)[row] @ maps.jumps[last - 1], 0.0
     for step in range(steps - 1, -1, -1):
-        if step % SUBSTEPS + 1 == frame.recorded:
-            back = before_recorded(back)
-        answer = back @ frame.stepped["wind"].mid
-        inputs["wind"][step], reached = np.sign(answer), reached + np.abs(answer).sum()
-        back = back @ frame.step.mid
-        if step % SUBSTEPS == 0 and step:
-            answer = back @ frame.jumped["position"].mid
-            inputs["position"][step // SUBSTEPS], reached = np.sign(answer), reached + np.abs(answer).sum()
-            back = back @ frame.jump.mid
-    assert flown_linearly(loop, inputs, np.zeros(3))[-1, row] == pytest.approx(reached, rel=1e-9)
-    most = responses.peaks["wind"][row].sum() + responses.peaks["position"][row].sum()
-    assert 0.97 * most <= reached <= most * (1.0 + 1e-9)
+        frame, inside = divmod(step, SUBSTEPS)
+        answer = back @ maps.stepped[frame, inside][:, 25:28]
+        inputs["wind"][step], reached = answer / np.linalg.norm(answer), reached + np.linalg.norm(answer)
+        back = back @ maps.steps[frame, inside]
+        if inside == 0 and step:
+            answer = back @ maps.jumped[frame - 1][:, 9:12]
+            inputs["position"][frame], reached = answer / np.linalg.norm(answer), reached + np.linalg.norm(answer)
+            back = back @ maps.jumps[frame - 1]
+    flown = maps.jumps[last - 1] @ flown_linearly(maps, inputs, np.zeros(3))[-1]
+    assert flown[row] == pytest.approx(reached, rel=1e-9)
+    unit = np.zeros((FRAMES, SUBSTEPS, COUNT))
+    unit[..., INPUT["wind"]], unit[:-1, :, INPUT["position"]] = 1.0, 1.0
+    unit[last - 1, :, INPUT["position"]] = 0.0  # at the last jump
+    most = sums.driven(unit[..., :STEPPED], unit[:, 0, STEPPED:])[last, row]
+    assert 0.97 * most <= reached <= most
 
 
 @few_of(1, "draws", [4, 40])
 def test_laws_stay_within_what_they_may_be_beside_linear_ones(draws, loop):
-    rng = np.random.default_rng(3)
-    sizes = np.concatenate([np.full(3, 5e-4), np.full(3, 0.03), [0.01, 0.01, 0.005], [0.05, 0.05, 0.02, 0.02], [0.01, 0.01, 0.01],
-                            np.full(3, 1e-4), np.full(3, 1e-3), np.full(3, 2e-5), np.full(45, 0.05)])  # fmt: skip
-    motion = np.concatenate([np.full(3, 0.05), np.full(3, 0.02), np.full(3, 0.1), np.full(4, 0.01), np.full(4, 0.02), np.full(3, 0.1),
-                             [0.01, 0.02]])  # fmt: skip
-    for law, linear, bound, size in (
-        (loop._estimate, loop.filtered, loop.beside_filter, sizes), (loop._motion, loop.motion, loop.beside_motion, motion),
-        (loop._aimed, loop._aim, loop.beside_aim, np.array([0.01, 0.01, 0.01, 0.02, 0.02, 0.01])),
-    ):  # fmt: skip
-        around = 0.5 * size * (rng.uniform(size=len(size)) > 0.5)
-        if len(size) == 70:  # what is dropped is no more than there is
-            around[22:25] = 0.0
-        most = bound(size, around)
-        v, middle = (
-            np.concatenate([rng.choice([-1.0, 1.0], (len(size), draws)), rng.uniform(-1.0, 1.0, (len(size), draws))], axis=1)
-            * most_of[:, None]
-            for most_of in (size, around)
-        )
-        if len(v) == 70:
-            v[22:25] = 0.0
-        changed = number(law(Slopes.known(middle + v))) - number(law(Slopes.known(middle)))
-        assert np.all(np.abs(changed - linear @ v) <= most[:, None] + 1e-13)
+    rng, instants = np.random.default_rng(3), 5
+    sizes = {
+        "filter": [np.full(3, 5e-4), np.full(3, 0.03), [0.01, 0.01, 0.005], [0.05, 0.05, 0.02, 0.02], [0.01, 0.01, 0.01],
+                   np.full(3, 1e-4), np.full(3, 1e-3), np.full(3, 2e-5), np.full(45, 0.05)],
+        "motion": [np.full(3, 0.05), np.full(3, 0.02), np.full(3, 0.1), np.full(4, 0.01), np.full(4, 0.02), np.full(3, 0.1), [0.01, 0.02]],
+        "aim": [np.array([0.01, 0.01, 0.01, 0.02, 0.02, 0.01])], "lift": [np.array([0.01, 0.01, 0.01, 0.3, 0.3, 0.3])],
+    }  # fmt: skip
+    for name, parts in sizes.items():
+        law, size = loop.laws[name], np.concatenate(parts)
+        middles = rng.uniform(-8.0, 8.0, (len(size), instants)) * size[:, None]
+        if name == "filter":  # what is dropped is no more than there is; covariances are near those that settle
+            middles[22:25], middles[25:] = 0.0, 0.1 * middles[25:]
+        slope, wide = slopes(law, middles, np.repeat(size[:, None], instants, axis=1))
+        for k in range(instants):
+            middle = middles[:, k]
+            v = (
+                np.concatenate(
+                    [rng.choice([-1.0, 1.0], (len(size), draws)), rng.uniform(-1.0, 1.0, (len(size), draws))], axis=1
+                )
+                * size[:, None]
+            )
+            if name == "filter":
+                v[22:25] = 0.0
+            changed = number(law(Slopes.known(middle[:, None] + v))) - number(law(Slopes.known(middle[:, None])))
+            assert np.all(np.abs(changed - slope[k] @ v) <= wide[k] @ np.abs(v) + 1e-13)
 
 
 def adversaries(told, n, seed, frames=FRAMES):
@@ -322,9 +328,9 @@ ALONE = {
 
 
 @few_of(1, "name", [*ALONE])
-def test_no_hover_leaves_its_bound_under_each_disturbance_alone(name, loop):
+def test_no_hover_leaves_its_bound_under_each_disturbance_alone(name):
     told, n = Disturbance(airframe=AIRFRAME, **{"sag": 0.0, "latency": (0.014, 0.014), name: ALONE[name]}), 30
-    flight, rng, steps = _Flight(loop, told, still(loop), 0.0), np.random.default_rng(len(name)), FRAMES * SUBSTEPS
+    flight, rng, steps = _Flight(*summed(), told, 0.0), np.random.default_rng(len(name)), FRAMES * SUBSTEPS
     flights = adversaries(told, n, 3)
 
     def jumping(size, hold, count):
@@ -340,43 +346,56 @@ def test_no_hover_leaves_its_bound_under_each_disturbance_alone(name, loop):
         flights.drag = drag
         found = flights.fly(VEHICLE, QUICK, steps)
         worst = max(worst, float(np.linalg.norm(found[:, :3], axis=1).max()))
-        bounds = flight.kept["between"]
-        for rows, most in ((slice(0, 6), bounds[:6]), (slice(10, 13), bounds[9:12])):
-            assert np.all(np.abs(found[:, rows]).max((0, 2)) <= most)
+        assert max(strays(found, flight._course, flight.kept)) <= 1.0
     assert worst <= proved.bound
     assert worst > 1e-8 or name in ("drag", "latency"), "it disturbs a hover that is at rest"
+
+
+def tilts_of(q):
+    """Return the tilts and headings of quaternions, as the proof has them. Shape (steps, 4, n) to (steps, 3, n)."""
+    w, x, y, z = (q[:, k] for k in range(4))
+    half = np.arctan2(z, w)
+    across, along = 2.0 * (x * z + w * y), 2.0 * (y * z - w * x)  # of the thrust's axis in the world
+    cosine, sine = np.cos(2.0 * half), np.sin(2.0 * half)
+    return np.stack([sine * across - cosine * along, cosine * across + sine * along, 2.0 * np.sin(half)], axis=1)
+
+
+def strays(flown, course, kept):
+    """Return the largest shares of their bounds that states of flights reach beside the undisturbed one, by frame."""
+    values, frames = course.flight.values, course.frames
+    tilts = tilts_of(flown[:, 6:10])
+    states = np.concatenate([flown[:, :6], tilts, flown[:, 10:13]], axis=1).reshape(frames, SUBSTEPS, 12, -1)
+    apart = np.abs(states - values[:, 1:, :12, None]).max((1, 3))
+    known = flown[:, 13:19].reshape(frames, SUBSTEPS, 6, -1)[:, -1] - values[:, 1, 23:29, None]
+    return float((apart / kept["between"][:, :12]).max()), float((np.abs(known).max(-1) / kept["states"][:, 23:29]).max())
 
 
 @few_of(1, "seeds", [1, 3])
 def test_no_disturbed_hover_leaves_the_bounds_of_any_state(seeds, hover):
     closed, proved = hover
-    bounds = closed.kept["between"], closed.kept["states"]
-    worst = 0.0
+    course, worst = closed._course, 0.0
     for seed in range(seeds):
         found = adversaries(SMALL, 60, seed).fly(VEHICLE, QUICK, FRAMES * SUBSTEPS)
         worst = max(worst, float(np.linalg.norm(found[:, :3], axis=1).max()))
-        for rows, most in ((slice(0, 6), bounds[0][:6]), (slice(10, 13), bounds[0][9:12]), (slice(13, 19), bounds[1][23:29])):
-            assert np.all(np.abs(found[:, rows]).max((0, 2)) <= most)
-        q = found[:, 6:10]
-        tilt = np.abs(2.0 * (q[:, 2] * q[:, 3] - q[:, 0] * q[:, 1])), np.abs(2.0 * (q[:, 1] * q[:, 3] + q[:, 0] * q[:, 2]))
-        assert max(float(one.max()) for one in tilt) <= bounds[0][6:8].min()
+        shares = strays(found, course, closed.kept)
+        assert max(shares) <= 1.0
+        assert min(shares) > 0.1
     assert worst <= proved.bound < 12.0 * worst
 
 
 @pytest.mark.slow  # the worst signal reaches its sum, and no disturbed hover leaves its bounds, by default, too
-def test_winds_with_the_signs_of_the_response_stay_within_the_bound_and_come_near(loop):
-    steps, frame = FRAMES * SUBSTEPS, loop.frame
-    calm = Disturbance(airframe=AIRFRAME, wind=0.03, latency=(0.014, 0.014), sag=0.0)
-    back, wind = np.eye(N)[0], np.zeros((steps, 3))
-    for step in range(steps - 1, -1, -1):
-        if step % SUBSTEPS + 1 == frame.recorded:
-            back = before_recorded(back)
-        answer = back @ frame.stepped["wind"].mid
-        wind[step] = calm.wind * answer / np.linalg.norm(answer)
-        back = back @ frame.step.mid
-        if step % SUBSTEPS == 0 and step:
-            back = back @ frame.jump.mid
+def test_winds_with_the_signs_of_the_response_stay_within_the_bound_and_come_near():
     autopilot = STOCK.changed(ekf=STOCK.ekf.changed(least_turn=0.0))
+    steps, maps = FRAMES * SUBSTEPS, maps_of(summed(autopilot)[0], slice(None))
+    calm = Disturbance(airframe=AIRFRAME, wind=0.03, latency=(0.014, 0.014), sag=0.0)
+    back, wind = np.eye(LINKED)[0], np.zeros((steps, 3))
+    for step in range(steps - 1, -1, -1):
+        frame, inside = divmod(step, SUBSTEPS)
+        answer = back @ maps.stepped[frame, inside][:, 25:28]
+        wind[step] = calm.wind * answer / np.linalg.norm(answer)
+        back = back @ maps.steps[frame, inside]
+        if inside == 0 and step:
+            back = back @ maps.jumps[frame - 1]
     found = Hovers(1, wind=lambda k: wind[k][:, None], late=7).fly(VEHICLE, autopilot, steps)
     proved = prove_on_board(VEHICLE, autopilot, calm, STILL)
     worst = float(np.linalg.norm(found[:, :3, 0], axis=1).max())
@@ -384,11 +403,11 @@ def test_winds_with_the_signs_of_the_response_stay_within_the_bound_and_come_nea
 
 
 @pytest.mark.slow
-def test_a_vehicle_that_lags_more_than_its_model_is_caught(loop):
+def test_a_vehicle_that_lags_more_than_its_model_is_caught():
     calm = Disturbance(airframe=AIRFRAME, wind=0.03, latency=(0.014, 0.014), sag=0.0)
-    hover = _Flight(loop, calm, still(loop), 0.0)
+    hover = _Flight(*summed(), calm, 0.0)
     hover.proved()
-    rates = hover.kept["between"][9:12]
+    rates = hover.kept["between"][:, 9:12].max(0)
     for lag, within in ((1.0, True), (20.0, False)):
         flights = Hovers(1, wind=lambda k: np.array([[0.03 * (-1) ** (k // 150)], [0.0], [0.0]]), late=7, lag=lag)
         turning = np.abs(flights.fly(VEHICLE, QUICK, FRAMES * SUBSTEPS)[:, 10:13]).max((0, 2))
@@ -402,14 +421,20 @@ MORE = (
 
 
 @few_of(1, "changes", [MORE[::5], MORE], ids=["some", "each"])
-def test_what_bounds_allow_grows_with_each_disturbance(changes, hover, loop):
+def test_what_bounds_allow_grows_with_each_disturbance(changes, hover):
     closed, _ = hover
     bounds = {name: 1.01 * value for name, value in closed.kept.items()}
-    least = closed._after(bounds)
+
+    def allowed(told):
+        flight = _Flight(closed._course, closed._sums, told, 0.0)
+        flight._after(bounds)  # the second one takes the rates that the first has found
+        return flight._after(bounds)
+
+    least = allowed(SMALL)
     for change in changes:
-        more = _Flight(loop, SMALL.changed(**change), closed._plan, 0.0)._after(bounds)
+        more = allowed(SMALL.changed(**change))
         assert all(np.all(more[name] >= least[name] * (1.0 - 1e-12)) for name in least), change
-        assert more["between"][:3].sum() > least["between"][:3].sum(), change
+        assert more["between"][:, :3].sum() > least["between"][:, :3].sum(), change
 
 
 def test_set_points_are_the_commanders():
@@ -444,13 +469,13 @@ def test_set_points_alone_are_followed_as_the_simulator_does():
     loop = loop_of(VEHICLE, AIRFRAME, exact_filter, 7, FRAMES)
     plan = follow(loop, path, FRAMES)
     away = flown_way(path, calm, 1, 0, exact_filter, FRAMES).max()
-    assert plan.away == pytest.approx(away, rel=2e-3)
+    assert plan.away.max() == pytest.approx(away, rel=2e-3)
     assert away > 0.004
     assert all(np.all(left < 1e-6) for left in plan.rest.values())
 
 
 @pytest.mark.slow  # a hundred flights each, and the responses of loops for as long
-@pytest.mark.parametrize(("seconds", "times"), [(1.2, 9.0), (3.0, 5.0)])
+@pytest.mark.parametrize(("seconds", "times"), [(1.2, 5.0), (3.0, 3.5)])
 def test_no_disturbed_flight_along_a_way_leaves_its_bound(seconds, times):
     size, share, frames = (0.05, 0.4, 300) if seconds > 2.0 else (0.01, 0.2, FRAMES)
     told, path = SMALL.scaled(share).changed(latency=(0.004, 0.004)), line((size, 0.6 * size, 0.2 * size), seconds - 0.2, 0.2)
@@ -460,9 +485,56 @@ def test_no_disturbed_flight_along_a_way_leaves_its_bound(seconds, times):
     assert proved.costs["plan"] > 5e-4
 
 
-def test_disturbances_that_are_too_much_are_refused(loop):
+@pytest.mark.slow  # proofs along ways, and flights
+@pytest.mark.parametrize("away", [(0.19, -0.15, 0.06), (0.24, 0.08, 0.0)])
+def test_no_state_leaves_its_bound_on_a_way_that_tilts(away):
+    """Each state of each flight stays within its bound beside the undisturbed flight, frame by frame, where moments are clipped, too."""
+    told, path = SMALL.scaled(0.15).changed(latency=(0.004, 0.004)), line(away, 0.9, 0.3)
+    autopilot = FIRM.changed(ekf=FIRM.ekf.changed(least_turn=1e-5))
+    made = _Flight(*summed(autopilot, 2, path), told, 0.0)
+    proved, plan = made.proved(), derivatives_at(path, 0.002 * np.arange(FRAMES * SUBSTEPS + 1))
+    plan[:, 0] -= plan[0, 0]
+    for seed in range(3):
+        flights = adversaries(told, 60, seed)
+        flights.plan = lambda tick: plan[SUBSTEPS * tick, :5]
+        found = flights.fly(VEHICLE, autopilot, FRAMES * SUBSTEPS)
+        shares = strays(found, made._course, made.kept)
+        assert max(shares) <= 1.0
+        assert min(shares) > 0.1
+        assert np.linalg.norm(found[:, :3] - plan[1:, 0][:, :, None], axis=1).max() <= proved.bound
+    assert np.abs(made._course.flight.values[..., 6:8]).max() > 0.1, "it tilts"
+
+
+@pytest.mark.slow  # a proof of a longer flight
+def test_what_is_long_ago_acts_by_the_states_that_it_left(monkeypatch):
+    """A flight of which little is summed one by one has wider bounds, which hold."""
+    whole = _Flight(*summed(), SMALL, 0.0)
+    bound = whole.proved().bound
+    monkeypatch.setattr(onboard_sums, "KEPT", 80)
+    course, _ = summed()
+    cut = _Flight(course, onboard_sums.sums_of(course), SMALL.scaled(0.5), 0.0)
+    assert cut._sums.older.max() > 0
+    wider, narrow = cut.proved().bound, _Flight(*summed(), SMALL.scaled(0.5), 0.0).proved().bound
+    assert narrow < wider
+    assert bound > narrow
+
+
+def test_thrusts_are_mixed_as_the_simulator_does(loop):
+    rng, law = np.random.default_rng(4), loop.law
+    asked = rng.normal(scale=[0.2, 0.1, 0.4, 0.4], size=(200, 4))
+    hover, greatest = VEHICLE.mass * 9.80665 / 4.0, VEHICLE.rotor_thrust_max
+    clipped = hover * np.clip(asked, -law.moments, law.moments).T
+    # the simulator's rotors: front left comes last, and pitch counts against the rotors in front
+    mixed = onboard_controller.mixed(hover + clipped[0], np.stack([clipped[2], clipped[3], clipped[1]]), np.full(200, greatest))
+    mine = hover * (1.0 + law.mixed(asked) @ onboard_model.SIGNS.T).T
+    assert np.allclose(np.sort(mine, axis=0), np.sort(mixed, axis=0), atol=1e-12)
+    assert np.any(mixed.max(0) > 0.999 * greatest)
+    assert np.any(mixed == 0.0)
+
+
+def test_disturbances_that_are_too_much_are_refused():
     with pytest.raises(NotProved, match="corrections of the attitude that the filter drops"):
-        _Flight(loop, SMALL.changed(wind=2.0), still(loop), 0.0).proved()
+        _Flight(*summed(), SMALL.changed(wind=2.0), 0.0).proved()
 
 
 def test_what_is_not_in_the_model_is_refused():

@@ -47,10 +47,10 @@ class Linear:
     """Linear laws, by choice: matrices of exact floats.
 
     Attributes:
-        motion: Derivatives of velocity, attitude and rates, by these and rotors (13), what rotors strive for (4), air (3), mass (1). Shape (9, 21).
+        motion: Derivatives of velocity, attitude and rates, by these and rotors (13), what rotors strive for (4). Shape (9, 17).
         law: What rotors strive for, and what the sum about z takes, by estimate (9), rates (3), sums (4), last slips (3). Shape (5, 19).
-        estimate: After the filter, of estimate and covariance, by estimate (9), gyroscopes (3), lift (1), place and attitude seen (6), dropped (3), covariance.
-            Shape (54, 67).
+        estimate: After the filter, of estimate and covariance, by estimate (9), gyroscopes (3), lift (1), place and attitude seen (6), covariance.
+            Shape (54, 64).
         setpoint: As `law`, by set-points: place, speed, acceleration, rates. Shape (5, 12).
         lag: Of the rotors, s.
         late: Steps by which cameras are late.
@@ -73,14 +73,12 @@ class Flow:
         asked: What rotors strive for. Shape (BODY, 4).
         pushed: Constant inputs of velocity, attitude, rates and thrusts. Shape (BODY, 13).
         derivative: Of their states, by them. Shape (BODY, BODY).
-        curved: Bound of what such an input within 1 that varies in the step does beside its mean. Shape (BODY, 13).
     """
 
     state: Matrix
     asked: Matrix
     pushed: Matrix
     derivative: Floats
-    curved: Floats
 
     @classmethod
     def of(cls, linear: Linear) -> Flow:
@@ -88,7 +86,7 @@ class Flow:
         size = BODY + 4 + 13
         whole = np.zeros((size, size))
         whole[PLACE, SPEED] = np.eye(3)
-        whole[MOTION, 3 : BODY + 4] = linear.motion[:, :17]
+        whole[MOTION, 3 : BODY + 4] = linear.motion
         whole[DRIVEN, BODY + 4 :] = np.eye(13)
         fast = 1.0 / linear.lag
         whole[ROTORS, ROTORS], whole[ROTORS, BODY : BODY + 4] = -fast * np.eye(4), fast * np.eye(4)
@@ -99,17 +97,11 @@ class Flow:
             over = Matrix.of((exact * step).exp())
         finally:
             ctx.prec = before
-        size = np.abs(whole[:BODY, :BODY])
-        grown, term = np.eye(BODY), np.eye(BODY)
-        for k in range(1, 40):
-            term = term @ size * (H / k)
-            grown = grown + term
-        curved = H * H * (size @ grown)[:, DRIVEN] * (1.0 + 1e-9)  # the series' rest is far below that
         state, asked, pushed = (
             Matrix(over.mid[:BODY, columns], over.rad[:BODY, columns])
             for columns in (slice(0, BODY), slice(BODY, BODY + 4), slice(BODY + 4, None))
         )
-        return cls(state, asked, pushed, whole[:BODY, :BODY], curved)
+        return cls(state, asked, pushed, whole[:BODY, :BODY])
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -122,7 +114,6 @@ class Frame:
         jump: Shape (N, N).
         stepped: By name: what an input within 1 in a step leaves at its end. Shape (N, k) each.
         jumped: By name: what one at a jump leaves. Shape (N, k) each.
-        constant: By name: what an input that is 1 at all times leaves at the end of each step. Shape (N, 1) each.
     """
 
     step: Matrix
@@ -130,7 +121,6 @@ class Frame:
     jump: Matrix
     stepped: Mapping[str, Matrix]
     jumped: Mapping[str, Matrix]
-    constant: Mapping[str, Matrix]
 
     def see(self, values: Matrix, step: int) -> Matrix:
         """Return states after a step, with what the cameras see then."""
@@ -163,53 +153,27 @@ def frame_of(linear: Linear) -> tuple[Frame, Flow]:
     keeping[GYRO, RATES] = 0.2 * np.eye(3)
     keeping[LIFT, 5] = -100.0
     step = after @ total(Matrix.exact(keeping), _rows(flow.state, columns=BODY), asked @ Matrix.exact(law))
-    sensed = np.zeros((N, 3))
-    sensed[SLIP], sensed[GYRO] = -np.eye(3), 0.2 * np.eye(3)
-    pushed = _rows(flow.pushed)
-    moved = Matrix(pushed.mid[:, :9], pushed.rad[:, :9])
     stepped = {
-        "motion": after @ pushed,
+        "motion": after @ _rows(flow.pushed),
         "asked": after @ asked,
         "turned": Matrix.exact(np.eye(N)[:, [TURNED]]),
         "lift": Matrix.exact(0.2 * np.eye(N)[:, [LIFT]]),
-        "wind": after @ (moved @ Matrix.exact(linear.motion[:, 17:20])),
-        "gyroscope": total(after @ (asked @ Matrix.exact(gyro)), Matrix.exact(sensed)),
-        "within": Matrix.exact(lifting[:, :BODY]),
         "setpoint": total(after @ (asked @ Matrix.exact(linear.setpoint[:4])), Matrix.exact(_told(linear.setpoint[4]))),
     }
-    far = linear.late >= SUBSTEPS
     jump = np.eye(N)
     jump[GYRO], jump[LIFT], jump[OLDER] = 0.0, 0.0, 0.0
     jump[OLDER, SEEN] = np.eye(6)
-    seen = OLDER if far else SEEN
-    taken = np.r_[ESTIMATE, GYRO, [LIFT], seen, SPREAD]
     jump[FILTERED] = 0.0
-    jump[np.ix_(FILTERED, taken)] = np.delete(linear.estimate, slice(19, 22), axis=1)
-    jumped = {
-        "estimate": np.eye(N)[:, ESTIMATE],
-        "spread": np.eye(N)[:, SPREAD],
-        "position": _estimated(linear.estimate[:, 13:16]),
-        "attitude": _estimated(linear.estimate[:, 16:19]),
-        "dropped": _estimated(linear.estimate[:, 19:22]),
-    }
-    recorded = SUBSTEPS - linear.late % SUBSTEPS
-    constant = {
-        "mass": after @ (moved @ Matrix.exact(linear.motion[:, 20:21])),
-        "thrust": after @ Matrix(asked.mid[:, :1], asked.rad[:, :1]),
-    }
-    return Frame(step, recorded, Matrix.exact(jump), stepped, {k: Matrix.exact(v) for k, v in jumped.items()}, constant), flow
+    seen = OLDER if linear.late >= SUBSTEPS else SEEN
+    jump[np.ix_(FILTERED, np.r_[ESTIMATE, GYRO, [LIFT], seen, SPREAD])] = linear.estimate
+    jumped = {"estimate": Matrix.exact(np.eye(N)[:, ESTIMATE]), "spread": Matrix.exact(np.eye(N)[:, SPREAD])}
+    return Frame(step, SUBSTEPS - linear.late % SUBSTEPS, Matrix.exact(jump), stepped, jumped), flow
 
 
 def _told(turned: Floats) -> Floats:
     """Return what a set-point leaves in sums and in what is remembered of rates, of what the sum about z takes of it."""
     found = np.zeros((N, 12))
     found[SUMS, 0:3], found[TURNED], found[SLIP, 9:12] = H * np.eye(3), turned, np.eye(3)
-    return found
-
-
-def _estimated(columns: Floats) -> Floats:
-    found = np.zeros((N, columns.shape[1]))
-    found[FILTERED] = columns
     return found
 
 

@@ -15,12 +15,16 @@ from verify.data.airframe import AirframeTable
 from verify.data.autopilot import MellingerGains
 from verify.data.vehicle import GRAVITY, Vehicle
 from verify.tracking.on_board.rotations import along, applied, crossed, estimated, flown, tilting, turned
-from verify.tracking.on_board.slopes import Slopes, joined, root, stacked
+from verify.tracking.on_board.slopes import Slopes, joined, narrower, root, stacked
 
 FULL_SCALE = 65535.0
 """Counts of a motor at its greatest thrust."""
 SIGNS = np.array([[1.0, 1.0, 1.0, 1.0], [1.0, -1.0, -1.0, 1.0], [1.0, 1.0, -1.0, -1.0], [1.0, -1.0, 1.0, -1.0]])
 """Of the rotors, from front left clockwise, in each combination: all, spin, side of y, side of x. Shape (4, 4)."""
+
+
+_NONE = np.array(0.0)
+"""Thrust below which none is; where a law is bounded for less there is none."""
 
 
 def along4(a: Floats, b: Slopes | list[Slopes]) -> Slopes:
@@ -47,18 +51,23 @@ class Body:
 
     def speeds(self, thrusts: Slopes) -> Slopes:
         """Return combinations of the rotors' speeds, of combinations of their thrusts less those of the hover."""
+        each = [1.0 + along4(signs, thrusts) for signs in SIGNS]
+        roots = [root(one.at_least(_NONE)) for one in each]
+        # the same for thrusts near 1, with what cancels left out: (1 + t)^(1/2) = 1 + t / 2 - t^2 / 8 + ...
         u, z, y, x = (thrusts[k] for k in range(4))
-        rest = list[Slopes]()  # of (1 + t)^(1/2) = 1 + t / 2 - t^2 / 8 + ...
-        for signs in SIGNS:
-            thrust = along4(signs, thrusts)
-            twice = 1.0 + root(1.0 + thrust)
-            rest.append(thrust * thrust * (0.5 / (twice * twice) - 0.125))
         squares = [u * u + z * z + y * y + x * x, 2.0 * (u * z + x * y), 2.0 * (u * y + x * z), 2.0 * (u * x + y * z)]
-        each = [0.5 * thrusts[k] - 0.125 * squares[k] - along4(0.25 * SIGNS[:, k], rest) for k in range(4)]
-        return stacked([1.0 + each[0], *each[1:]])
+        rest = list[Slopes]()
+        for one, speed in zip(each, roots, strict=True):
+            twice = 1.0 + speed
+            rest.append((one - 1.0) * (one - 1.0) * (0.5 / (twice * twice) - 0.125))
+        near = [0.5 * thrusts[k] - 0.125 * squares[k] - along4(0.25 * SIGNS[:, k], rest) for k in range(4)]
+        found = [along4(0.25 * SIGNS[:, k], roots) for k in range(4)]
+        return stacked([narrower(found[k], near[k] + (1.0 if k == 0 else 0.0)) for k in range(4)])
 
     def motion(self, state: Slopes, asked: Slopes, air: Slopes, ratios: tuple[Slopes, Slopes]) -> Slopes:
-        """Return the derivatives of velocity, attitude and rates. Shape (9,).
+        """Return the derivatives of velocity, attitude and rates, and of thrusts what they are beside a lag of thrusts. Shape (13,).
+
+        The speeds s of the rotors lag behind those that are asked for, S; thrusts are their squares, so that they lag and lose (S - s)^2 over the lag.
 
         Args:
             state: Velocity, attitude, rates, combinations of the rotors' thrusts. Shape (13,).
@@ -90,7 +99,10 @@ class Body:
         push = stacked([push[0], push[1], push[2] + GRAVITY * ((1.0 + thrusts[0]) * light)])
         moved = applied(turn, push)
         momentum, mixed = (frame.rotor_inertia * speed) * speeds[1], down * sxy
-        quick = (frame.rotor_inertia * speed / frame.rotor_lag) * (self.speeds(asked)[1] - speeds[1])
+        slower = self.speeds(asked) - speeds
+        u, z, y, x = (slower[k] for k in range(4))
+        lost = [u * u + z * z + y * y + x * x, 2.0 * (u * z + x * y), 2.0 * (u * y + x * z), 2.0 * (u * x + y * z)]
+        quick = (frame.rotor_inertia * speed / frame.rotor_lag) * z
         weight = vehicle.mass * GRAVITY
         torque = stacked(
             [
@@ -118,7 +130,8 @@ class Body:
                 cosine * heading,
             ]
         )
-        return joined([stacked([moved[0], moved[1], moved[2] - GRAVITY]), turning, faster])
+        lag = stacked(lost) * (-1.0 / frame.rotor_lag)
+        return joined([stacked([moved[0], moved[1], moved[2] - GRAVITY]), turning, faster, lag])
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -145,6 +158,22 @@ class Law:
     def count(self) -> float:
         """Share of the hover's thrust that a count of every rotor gives."""
         return self.vehicle.rotor_thrust_max / FULL_SCALE * 4.0 / (self.vehicle.mass * GRAVITY)
+
+    @property
+    def moments(self) -> Floats:
+        """Limits of combinations of thrusts that are asked for, in which moments are clipped: none for all alike. Shape (4,)."""
+        return np.array([np.inf, 1.0, 0.5, 0.5]) * (self.gains.moment_limit * self.count)
+
+    @property
+    def ceiling(self) -> float:
+        """Greatest thrust of a rotor over that of the hover."""
+        return self.vehicle.rotor_thrust_max / (0.25 * self.vehicle.mass * GRAVITY)
+
+    def mixed(self, asked: Floats) -> Floats:
+        """Return thrusts as they are mixed: moments are clipped, all are lowered alike where one is above its greatest, and none is below 0. Shape (..., 4)."""
+        each = 1.0 + np.clip(asked, -self.moments, self.moments) @ SIGNS.T
+        each -= np.maximum(each.max(-1, keepdims=True) - self.ceiling, 0.0)
+        return asked + 0.25 * ((np.maximum(each, 0.0) - 1.0) - asked @ SIGNS.T) @ SIGNS
 
     def aimed(self, force: Slopes, attitude: Slopes) -> Slopes:
         """Return the combination of thrusts that lifts, and the error of attitude, (Rd'R - R'Rd) as a vector. Shape (4,).

@@ -6,7 +6,7 @@ through the loop, over and over, until it changes no more. What is left of it is
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,8 +15,8 @@ from verify.arithmetic.balls import Floats
 from verify.data.trajectory import Trajectory
 from verify.data.vehicle import GRAVITY
 from verify.tracking.on_board.onboard_filter import FRAME
-from verify.tracking.on_board.onboard_laws import ASKED, FORCE, LAGGING, BoardLoop
-from verify.tracking.on_board.onboard_loop import COVARIANCES, DRIVEN, GYRO, LIFT, SPEED, SUBSTEPS, TILT, H, N
+from verify.tracking.on_board.onboard_laws import ASKED, FORCE, BoardLoop
+from verify.tracking.on_board.onboard_loop import BODY, COVARIANCES, DRIVEN, GYRO, LIFT, ROTORS, SPEED, SUBSTEPS, TILT, H, N
 from verify.tracking.on_board.onboard_responses import JUMPED, STEPPED
 from verify.tracking.plan_samples import derivatives_at, sample_plan
 
@@ -36,21 +36,25 @@ class Followed:
     """Undisturbed flight of a loop along a plan.
 
     Attributes:
-        most: Magnitudes of outputs at the ends of steps and after jumps, and of what is read before jumps. Shape (rows,).
-        off: How far off these may be.
-        pushed: Magnitudes of what the derivatives of velocity, attitude and rates are beside linear ones. Shape (9,).
-        quickest: Largest accelerations, m/s^2. Shape (3,).
-        away: Largest distance from the plan at the ends of steps, and by how much the plan strays from a line between them, m.
-        time: Of the largest distance, s.
+        values: Outputs after jumps and steps. Shape (frames, SUBSTEPS + 1, outputs).
+        ends: What is read before jumps. Shape (frames, ends).
+        off: How far off these may be. Shape (outputs and ends,).
+        asked: Thrusts that are asked for in each step. Shape (frames, SUBSTEPS, 4).
+        wanted: Those before they are mixed.
+        middles: By law: its variables at all instants. Shape (variables, instants) each.
+        quickest: Bounds of the derivatives of body and rotors. Shape (BODY,).
+        away: Distance from the plan at the ends of a frame's steps, and by how much the plan strays from a line between them, m. Shape (frames,).
         rest: By input, what is left of the laws beside linear ones that is not driven through the loop. By how much set-points may be off.
     """
 
-    most: Floats
+    values: Floats
+    ends: Floats
     off: Floats
-    pushed: Floats
+    asked: Floats
+    wanted: Floats
+    middles: Mapping[str, Floats]
     quickest: Floats
-    away: float
-    time: float
+    away: Floats
     rest: Mapping[str, Floats]
 
 
@@ -75,66 +79,92 @@ def follow(loop: BoardLoop, path: Trajectory, frames: int) -> Followed:
     loose = _LOOSE * (1.0 + most[:4] + most[1:5]) + jumps[:4]
     least = GRAVITY - most[2]
     loose[3] = loose[3] / least + 5.0 * most[3] * loose[2] / least**2  # of a jerk along axes that turn with the force
-    direct = np.zeros((N + 11, 12))
-    direct[FORCE], direct[ASKED], direct[LAGGING] = loop.told[:3], loop.told[3:], loop.told[3:]
+    direct = np.zeros((N + 7, 12))
+    direct[FORCE], direct[ASKED] = loop.told[:3], loop.told[3:]
     told, used = setpoints(plan[:-1:SUBSTEPS]), np.zeros((frames, SUBSTEPS * _WIDTH + 9 + COVARIANCES))
     values, ends, off = loop.responses.driven(np.concatenate([told, used], axis=1), direct)
     for _ in range(_PASSES):
-        before, (used, _) = used, _remainders(loop, values, ends, used)
+        before, (used, _) = used, _remainders(loop, values, _middles(values, ends, used))
         values, ends, off = loop.responses.driven(np.concatenate([told, used], axis=1), direct)
         if float(np.abs(used - before).max()) < _NEAR:
             break
-    found, wrong = _remainders(loop, values, ends, used)
+    middles = _middles(values, ends, used)
+    found, wrong = _remainders(loop, values, middles)
     left = (np.abs(found - used) + wrong).max(0)
     lag = np.linalg.norm(values[:, 1:, :3].reshape(-1, 3) - plan[1:, 0], axis=1)
-    worst = int(lag.argmax())
     strays = 0.125 * H * H * most[2] + jumps[0] + H * jumps[1]
-    largest = np.concatenate([np.abs(values).max((0, 1)), np.abs(ends).max(0)])
     steps = left[: SUBSTEPS * _WIDTH].reshape(SUBSTEPS, _WIDTH).max(0)
-    beside = np.abs(used[:, : SUBSTEPS * _WIDTH].reshape(-1, _WIDTH)).max(0) + steps
-    largest[ASKED], largest[LAGGING] = largest[ASKED] + beside[13:17], largest[LAGGING] + beside[13:17]
     parts = np.split(np.concatenate([steps, left[SUBSTEPS * _WIDTH :]]), [13, 17, 18, 19, 28])
+    asked = values[:, :-1, ASKED] + _steps(used)[..., 13:17]
     return Followed(
-        largest + off,
+        values,
+        ends,
         off,
-        beside[:9],
-        np.abs(np.diff(values[:, :, SPEED], axis=1)).max((0, 1)) / H + 2.0 * off[SPEED] / H,
-        float(lag.max()) + float(np.linalg.norm(off[:3])) + strays + _LOOSE,
-        float(times[1 + worst]),
+        asked,
+        values[:, :-1, ASKED] + loop.lawful(loop.known("aim", middles["aim"])[0].T[..., None])[..., :4, 0].reshape(asked.shape),
+        middles,
+        _quickest(loop, values, asked, _steps(used)[..., :13]),
+        lag.reshape(frames, SUBSTEPS).max(1) + float(np.linalg.norm(off[:3])) + strays + _LOOSE,
         dict(zip((*STEPPED, *JUMPED), parts, strict=True)) | {"setpoint": np.repeat(loose, 3)},
     )
 
 
-def _remainders(loop: BoardLoop, values: Floats, ends: Floats, before: Floats) -> tuple[Floats, Floats]:
-    """Return what laws are beside linear ones where set-points alone lead, as inputs of each frame, and how far off that may be."""
-    frames, start, after = len(values), values[:, :-1], values[:, 1:]
+def _steps(used: Floats) -> Floats:
+    """Return the inputs of steps. Shape (frames, SUBSTEPS, _WIDTH)."""
+    return used[:, : SUBSTEPS * _WIDTH].reshape(len(used), SUBSTEPS, _WIDTH)
 
-    def at(name: str, variables: list[Floats]) -> tuple[Floats, Floats]:
-        joint = np.concatenate(variables, axis=-1)
-        found = loop.known(name, joint.reshape(-1, joint.shape[-1]).T)
-        return found[0].T.reshape(*joint.shape[:-1], -1), found[1].T.reshape(*joint.shape[:-1], -1)
 
-    asked_before = before[:, : SUBSTEPS * _WIDTH].reshape(frames, SUBSTEPS, _WIDTH)[:, :, 13:17]
-    middle, none = 0.5 * (start[..., DRIVEN] + after[..., DRIVEN]), np.zeros((frames, SUBSTEPS, 5))
-    motion, motion_off = at("motion", [middle, start[..., ASKED] + asked_before, none])
-    aim, aim_off = at("aim", [start[..., FORCE], start[..., 29:32]])
-    lift, lift_off = at("lift", [after[..., TILT], (after[..., SPEED] - start[..., SPEED]) / H])
-    last, nothing = values[:, -1], np.zeros((frames, 9))
-    filtered, filtered_off = at(
-        "filter", [ends[:, :3], last[:, 26:32], last[:, GYRO], last[:, [LIFT]], ends[:, 3:6], nothing, ends[:, 6:]]
+def _quickest(loop: BoardLoop, values: Floats, asked: Floats, pushed: Floats) -> Floats:
+    """Bound the derivatives of body and rotors at all times.
+
+    Raises:
+        ArithmeticError: They change too fast.
+    """
+    body = np.abs(values[..., :BODY]).max((0, 1)) + 1e-9
+    fixed, linear = np.zeros(BODY), np.abs(loop.flow.derivative)
+    fixed[DRIVEN] = np.abs(pushed).max((0, 1)) + 1e-6
+    fixed[DRIVEN] += np.abs(np.pad(loop.hover["motion"][:9, 13:17], ((0, 4), (0, 0)))) @ np.abs(asked).max((0, 1))
+    fixed[ROTORS] += np.abs(asked).max((0, 1)) / loop.airframe.rotor_lag
+    quickest = fixed
+    for _ in range(100):
+        after = linear @ (body + H * quickest) + fixed
+        if np.all(after < quickest):
+            return quickest
+        quickest = 1.002 * after + 1e-12
+    raise ArithmeticError("its plan turns too fast")
+
+
+def _middles(values: Floats, ends: Floats, used: Floats) -> dict[str, Floats]:
+    """Return the variables of all laws where set-points alone lead. Shape (variables, instants) each."""
+    start, after, last = values[:, :-1], values[:, 1:], values[:, -1]
+    middle, none, nothing = (
+        0.5 * (start[..., DRIVEN] + after[..., DRIVEN]),
+        np.zeros((*start.shape[:2], 5)),
+        np.zeros((len(ends), 9)),
     )
+    found = {
+        "motion": [middle, start[..., ASKED] + _steps(used)[..., 13:17], none],
+        "aim": [start[..., FORCE], start[..., 29:32]],
+        "lift": [after[..., TILT], (after[..., SPEED] - start[..., SPEED]) / H],
+        "filter": [ends[:, :3], last[:, 26:32], last[:, GYRO], last[:, [LIFT]], ends[:, 3:6], nothing, ends[:, 6:]],
+    }
+    joint = {name: np.concatenate(parts, axis=-1) for name, parts in found.items()}
+    return {name: each.reshape(-1, each.shape[-1]).T for name, each in joint.items()}
 
-    def lawful(found: Floats, law: Callable[[Floats], Floats]) -> Floats:
-        return law(found.reshape(-1, 4).T).T.reshape(frames, SUBSTEPS, 5)
 
-    inputs, offs = list[Floats](), list[Floats]()
-    for into, push, turn, up, law, filter_ in (
-        (inputs, motion, aim, lift, loop.lawful, filtered),
-        (offs, motion_off, aim_off, lift_off, loop.lawful_size, filtered_off),
-    ):
-        steps = np.concatenate([push, np.zeros((frames, SUBSTEPS, 4)), lawful(turn, law), up], axis=2)
-        into.append(np.concatenate([steps.reshape(frames, -1), filter_], axis=1))
-    return inputs[0], offs[0]
+def _remainders(loop: BoardLoop, values: Floats, middles: Mapping[str, Floats]) -> tuple[Floats, Floats]:
+    """Return what laws are beside linear ones, as inputs of each frame, and how far off that may be."""
+    found = {name: loop.known(name, each) for name, each in middles.items()}
+
+    def inputs(which: int, turn: Floats) -> Floats:
+        push, lift, filtered = (found[name][which].T for name in ("motion", "lift", "filter"))
+        return np.concatenate([np.concatenate([push, turn, lift], axis=1).reshape(len(values), -1), filtered], axis=1)
+
+    turn, off = loop.lawful(found["aim"][0].T[..., None])[..., 0], loop.lawful_size(found["aim"][1].T[..., None])[..., 0]
+    wanted = values[:, :-1, ASKED].reshape(-1, 4) + turn[:, :4]
+    turn[:, :4] += loop.law.mixed(wanted) - wanted
+    off[:, :4] = 3.0 * off[:, :4].sum(1, keepdims=True) + 1e-12
+    return inputs(0, turn), inputs(1, off)
 
 
 def setpoints(plan: Floats) -> Floats:
