@@ -10,7 +10,7 @@ import pytest
 from flight.control import mellinger, onboard_controller
 from flight.model import ekf, timing
 from flight.model.airframe import airframe_of
-from flight.model.attitude import matrix
+from flight.model.attitude import matrix, quaternion_rate, unit
 from flight.model.dynamics import QuadcopterDynamics
 from tests.helpers.few import few_of
 from tests.helpers.vehicles.disturbed_hovers import Hovers
@@ -517,6 +517,24 @@ def test_what_is_long_ago_acts_by_the_states_that_it_left(monkeypatch):
     wider, narrow = cut.proved().bound, _Flight(*summed(), SMALL.scaled(0.5), 0.0).proved().bound
     assert narrow < wider
     assert bound > narrow
+
+
+def test_errors_of_attitudes_count_as_much_as_their_numbers_change():
+    """The numbers of an attitude that tilts change by more than it turns."""
+    course, sums = summed(path=WAY[0])
+    told = Disturbance(airframe=AIRFRAME, attitude=1e-3, sag=0.0, latency=(0.014, 0.014))
+    flight = _Flight(course, sums, told, 0.0)
+    bounds = flight._first()
+    allowed, _ = flight._beside.allowed(bounds["states"], bounds["between"], bounds["spread"])
+    rng, seen = np.random.default_rng(6), course.flight.values[:, 1:, 6:9]
+    frame = int(np.abs(seen[..., :2]).max((1, 2)).argmax())
+    q = number(flown(exact(seen[frame, 0])))[:, None]
+    error = rng.normal(size=(3, 4000))
+    error *= told.attitude / np.linalg.norm(error, axis=0)
+    turned_by = unit(q + quaternion_rate(np.repeat(q, 4000, axis=1), error))
+    changed = np.linalg.norm(tilts_of(turned_by[None])[0] - seen[frame, 0][:, None], axis=0)
+    most = float(np.ravel(allowed["attitude"])[frame])
+    assert 1.02 * told.attitude < changed.max() <= most < 1.1 * changed.max()
 
 
 def test_thrusts_are_mixed_as_the_simulator_does(loop):

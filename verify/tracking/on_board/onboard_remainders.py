@@ -68,7 +68,7 @@ class Remainders:
         told, rest, least = self._told, self._plan.rest, self._loop.filter.noise.least_turn
         short, off, asked = self._asked(e, np.linalg.norm(self._loop.law_gyro, axis=1) * told.gyroscope)
         moved, self.rate = self._moved(between, asked)
-        place, turn = self._seen()
+        place, turn = self._seen(between)
         estimate, after = self._filtered(e, spread, place, turn)
         return {
             "body": moved, "asked": off + rest["asked"], "lift": (self._felt(between) + rest["lift"])[..., None],
@@ -110,8 +110,9 @@ class Remainders:
             raise NotProved("the summed error of the heading may reach its limit")
         clip, apart = self._clipped(apart)
         beside += clip
-        beside = beside + (told.thrust + told.sag) * apart + told.sag * self._strong
-        return short, beside, apart + (told.thrust + told.sag) * (apart + self._strong)
+        sags = told.sag * (1.0 + told.thrust)  # of what the thrust is
+        beside = beside + (told.thrust + sags) * apart + sags * self._strong
+        return short, beside, apart + (told.thrust + sags) * (apart + self._strong)
 
     def _clipped(self, apart: Floats) -> tuple[Floats, Floats]:
         """Bound what clips do to thrusts that are asked for beside what they do to those of the plan, and how far these are then.
@@ -166,15 +167,20 @@ class Remainders:
         )
         return self._besides("lift", _repeated(sizes), self._course.lift[..., None, :])[..., 0]
 
-    def _seen(self) -> tuple[Floats, Floats]:
+    def _seen(self, between: Floats) -> tuple[Floats, Floats]:
         """Bound the errors of what cameras see of place and attitude, latency that is another one included. Shape (frames,) each."""
         told, found = self._told, list[Floats]()
         whole = self._course.rate.max(1) + self.rate
-        for size, rows in ((told.position, PLACE), (told.attitude, TILT)):
-            quick = np.linalg.norm(whole[:, rows], axis=1)
+        lean = np.linalg.norm(np.abs(self._plan.values[..., TILT]).max(1) + self._plan.off[TILT] + between[:, TILT], axis=1)
+        half = (lean + told.attitude) / (1.0 + np.sqrt(1.0 - (lean + told.attitude) ** 2))
+        turned = told.attitude * (
+            0.5 * half + np.sqrt(1.0 + 0.25 * half**2)
+        )  # numbers of an attitude change by more than it turns
+        for rows, size in ((PLACE, np.full(len(whole), told.position)), (TILT, turned)):
+            most = size + self._apart * np.linalg.norm(whole[:, rows], axis=1)
             for _ in range(3):  # what is seen is of this frame or of those before
-                quick[1:] = np.maximum(quick[1:], quick[:-1])
-            found.append((size + self._apart * quick) * (1.0 + 1e-9))
+                most[1:] = np.maximum(most[1:], most[:-1])
+            found.append(most * (1.0 + 1e-9))
         return found[0], found[1]
 
     def _filtered(self, e: Floats, spread: Floats, place: Floats, turn: Floats) -> tuple[Floats, Floats]:
