@@ -120,44 +120,24 @@ def sums_of(course: Course, *, chunk: int = 100) -> Sums:
     Raises:
         ArithmeticError: Rounding may be as large as the responses.
     """
-    frames = course.frames
-    blocks = np.zeros((frames, OUTPUTS + 1, COUNT, len(BLOCKS)), dtype=np.float32)
-    direct = np.zeros((frames, OUTPUTS + 1, SUBSTEPS, STEPPED))
-    told, begun, steady = (
-        np.zeros((frames, OUTPUTS + 1, 4)),
-        np.zeros((frames, OUTPUTS + 1)),
-        np.zeros((frames, 2, OUTPUTS + 1)),
-    )
-    older, left, loose, read = (
-        np.full(frames, -1),
-        np.zeros((frames, OUTPUTS + 1, LINKED), dtype=np.float32),
-        *np.zeros((2, frames, OUTPUTS + 1)),
-    )
-    window = np.zeros((LINKED, _COLUMNS * min(frames + 1, KEPT + 3 * EVERY)))
-    size = 0
-    start = np.zeros((LINKED, 3))
+    frames, outputs = course.frames, OUTPUTS + 1
+    blocks = np.zeros((frames, outputs, COUNT, len(BLOCKS)), dtype=np.float32)
+    direct, told = np.zeros((frames, outputs, SUBSTEPS, STEPPED)), np.zeros((frames, outputs, 4))
+    begun, steady, loose, read = (np.zeros((frames, *shape)) for shape in ((outputs,), (2, outputs), (outputs,), (outputs,)))
+    older, left = np.full(frames, -1), np.zeros((frames, outputs, LINKED), dtype=np.float32)
+    columns, start, constant = _Columns(min(frames + 1, KEPT + 3 * EVERY)), np.zeros((LINKED, 3)), np.zeros((LINKED, 2))
     for rows in (PLACE, slice(23, 26), slice(36, 39), slice(42, 45)):
         start[rows] = np.eye(3)
-    constant = np.zeros((LINKED, 2))
-    kept = list[tuple[int, Floats]]()
-    first, weights, growth, steep = 0, np.ones(LINKED), 1.0, 1.0
+    rounding: _Rough | None = None
     for frame, (tick, maps, index) in enumerate(_frames(course, chunk)):
-        if frame == 0:
-            weights = weights_of(tick)
-        if frame % EVERY == 0:
-            kept.append((frame, np.eye(LINKED)))
-        if frame - first >= KEPT + EVERY:
-            first += EVERY
-            window[:, : size - EVERY * _COLUMNS] = window[:, EVERY * _COLUMNS : size]
-            size -= EVERY * _COLUMNS
-            kept = kept[1:]
-        inside = _inside(maps, index)
+        rounding = rounding or _Rough(weights_of(tick))
+        columns.begin(frame)
         reading = _reading(course, maps, index)
-        whole = np.concatenate([rows @ inside[j] for j, rows in enumerate(reading)])
+        whole = np.concatenate([rows @ inside for rows, inside in zip(reading, _inside(maps, index), strict=True)])
         ends = np.cumsum([len(rows) for rows in reading])[:-1]
         direct[frame] = _direct(maps, index, reading)
-        if size:
-            seen = np.abs(whole.astype(np.float32) @ window[:, :size].astype(np.float32))
+        if frame:
+            seen = np.abs(whole.astype(np.float32) @ columns.entered.astype(np.float32))
             blocks[frame] = _blocked(seen, ends)
         begun[frame] = _grouped([_triples(part)[:, 0] for part in np.split(whole @ start, ends)])
         moving = np.pad(constant, ((0, 0), (0, 12)))
@@ -167,31 +147,78 @@ def sums_of(course: Course, *, chunk: int = 100) -> Sums:
             parts.append(reading[j + 1] @ moving)
         steady[frame] = _grouped(_lengths([part[:, :2] for part in parts])).T
         told[frame] = _grouped([_triples(part[:, 2:]) for part in parts])
-        # what is loose: errors within weights that began up to EVERY frames before those that are followed
-        step = float(np.max(np.abs(tick) @ weights / weights))
+        rounding.grown(tick, maps, index)
+        for found, size in ((loose, rounding.loose(whole, columns.begun)), (read, np.abs(whole) @ rounding.weights)):
+            found[frame] = _grouped(_lengths([part[:, None] for part in np.split(size, ends)]))[:, 0]
+        if columns.first:
+            older[frame] = columns.first
+            left[frame] = _grouped(_lengths([np.abs(part) for part in np.split(whole @ columns.begun[0], ends)]))
+        columns.go_on(tick, _entering(maps, index, moving[:, 2:]))
+        start, constant = tick @ start, maps.jumps[index] @ moving[:, :2]
+    if rounding is None or not gamma(1000) * rounding.growth * loose.max() < 1e-4:
+        raise ArithmeticError("rounding may be as large as the responses")
+    return Sums(direct, blocks, told, begun, steady, older, left, loose, read, rounding.weights, rounding.growth)
+
+
+class _Columns:
+    """Columns of all inputs, as they are when a frame begins, oldest first.
+
+    Attributes:
+        first: Frame that is the first whose inputs are there.
+        begun: What states have become that were 1 in one of every few frames from that one on.
+    """
+
+    def __init__(self, frames: int) -> None:
+        self._window, self._size = np.zeros((LINKED, _COLUMNS * frames)), 0
+        self.first, self.begun = 0, list[Floats]()
+
+    @property
+    def entered(self) -> Floats:
+        """Columns that are there."""
+        return self._window[:, : self._size]
+
+    def begin(self, frame: int) -> None:
+        """Follow the states of some frames, and leave inputs out that are long ago."""
+        if frame % EVERY == 0:
+            self.begun.append(np.eye(LINKED))
+        if frame - self.first >= KEPT + EVERY:
+            gone = EVERY * _COLUMNS
+            self._window[:, : self._size - gone] = self._window[:, gone : self._size]
+            self.first, self._size, self.begun = self.first + EVERY, self._size - gone, self.begun[1:]
+
+    def go_on(self, tick: Floats, entering: Floats) -> None:
+        """Go on to the next frame, at which others enter."""
+        self._window[:, : self._size] = tick @ self.entered
+        self._window[:, self._size : self._size + _COLUMNS] = entering
+        self._size, self.begun = self._size + _COLUMNS, [tick @ each for each in self.begun]
+
+
+class _Rough:
+    """What rounding leaves open.
+
+    Attributes:
+        weights: Of states. Shape (LINKED,).
+        growth: Most by which rounding may grow within a frame, over those weights.
+    """
+
+    def __init__(self, weights: Floats) -> None:
+        self.weights, self.growth, self._steep = weights, 1.0, 1.0
+
+    def _norm(self, size: Floats) -> float:
+        return float(np.max(size @ self.weights / self.weights))
+
+    def grown(self, tick: Floats, maps: Maps, index: int) -> None:
+        """Take a frame into account."""
         rough = np.abs(maps.jumps[index])
         for j in range(SUBSTEPS - 1, -1, -1):
             rough = rough @ np.abs(maps.steps[index, j])
-        growth = max(growth, float(np.max(rough @ weights / weights)))
-        steep = max(steep, step)
-        following = np.abs(whole @ np.concatenate([each for _, each in kept], axis=1)).reshape(len(whole), -1, LINKED)
-        within = sum(steep**k for k in range(EVERY))
-        reached = (following @ weights).sum(1) * within + np.abs(whole) @ weights * within
-        loose[frame] = _grouped(_lengths([part[:, None] for part in np.split(reached, ends)]))[:, 0]
-        at_once = np.split(np.abs(whole) @ weights, ends)
-        read[frame] = _grouped(_lengths([part[:, None] for part in at_once]))[:, 0]
-        if first:
-            older[frame] = first
-            at = [np.abs(part) for part in np.split(whole @ kept[0][1], ends)]
-            left[frame] = _grouped(_lengths(at))
-        window[:, :size] = tick @ window[:, :size]
-        window[:, size : size + _COLUMNS] = _entering(maps, index, moving[:, 2:])
-        size += _COLUMNS
-        start, constant = tick @ start, maps.jumps[index] @ moving[:, :2]
-        kept = [(k, tick @ each) for k, each in kept]
-    if not gamma(1000) * growth * loose.max() < 1e-4:
-        raise ArithmeticError("rounding may be as large as the responses")
-    return Sums(direct, blocks, told, begun, steady, older, left, loose, read, weights, growth)
+        self.growth, self._steep = max(self.growth, self._norm(rough)), max(self._steep, self._norm(np.abs(tick)))
+
+    def loose(self, whole: Floats, begun: list[Floats]) -> Floats:
+        """Return what is read of errors within weights that began in any frame: in those that are followed, or a few before them."""
+        following = np.abs(whole @ np.concatenate(begun, axis=1)).reshape(len(whole), -1, LINKED)
+        within = sum(self._steep**k for k in range(EVERY))
+        return ((following @ self.weights).sum(1) + np.abs(whole) @ self.weights) * within
 
 
 def _frames(course: Course, chunk: int) -> Iterator[tuple[Floats, Maps, int]]:
