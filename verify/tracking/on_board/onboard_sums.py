@@ -194,7 +194,7 @@ class _Columns:
 
 
 class _Rough:
-    """What rounding leaves open.
+    """Bounds of what rounding leaves open.
 
     Attributes:
         weights: Of states. Shape (LINKED,).
