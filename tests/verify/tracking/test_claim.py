@@ -121,6 +121,7 @@ def test_a_hover_under_mellinger_on_its_filter_is_proved():
     assert certificate.tube == "proved"
 
 
+@pytest.mark.slow  # two more proofs of a second each
 def test_a_slow_way_under_mellinger_on_its_filter_is_proved():
     claim, still = claim_of(certify(*on_board(way=0.01))), claim_of(certify(*on_board()))
     assert claim.outcome == "holds"
